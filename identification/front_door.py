@@ -8,7 +8,6 @@ import dataclasses
 import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 from rich.console import Console, RenderableType
@@ -68,10 +67,15 @@ class _Shown(abc.ABC):
         return path / "report.html"
 
     def __repr__(self) -> str:
-        return _text(self._tables())
+        console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, color_system=None)
+        with console.capture() as capture:
+            console.print(self._tables())
+        return capture.get()
 
     def _repr_html_(self) -> str:
-        return _html(self._tables())
+        console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, record=True)
+        console.print(self._tables())
+        return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -97,11 +101,9 @@ class Fit(_Shown):
     def to_xarray(self) -> xr.Dataset:
         """Every record beside its prediction, SI, and the estimates with their standard errors over `parameter`."""
         found = fit_dataset(StoredFit(result=self.result, reference=None, provenance=provenance(self.result)))
-        estimates = self.result.parameters
-        values = [one.value for one in estimates]
-        errors = [float("nan") if one.stderr is None else one.stderr for one in estimates]
-        names = [one.spec.name for one in estimates]
-        return found.assign_coords(parameter=names).assign(estimate=("parameter", values), stderr=("parameter", errors))
+        values = [one.value for one in self.parameters.values()]
+        errors = [float("nan") if one.stderr is None else one.stderr for one in self.parameters.values()]
+        return found.assign_coords(parameter=list(self.parameters)).assign(estimate=("parameter", values), stderr=("parameter", errors))
 
     def _tables(self) -> RenderableType:
         return fit_summary(self.result)
@@ -187,12 +189,19 @@ def fit(
     if posterior:
         check_extra()
     among_effects(only=effects)
-    options: dict[str, Any] = {"law": law, "effects": tuple(dict.fromkeys(effects)), "seed": seed, "smoothing": smoothing}
-    options |= {"terms": read_terms(terms, starts)}
-    options |= {"draws": draws if posterior else None, "with_profiles": profiles}
-    found = Fit(fit_experiment(_loaded(experiment), progress=progress, **options))
-    check_converged(found.result)
-    return found
+    result = fit_experiment(
+        _loaded(experiment),
+        law=law,
+        effects=tuple(dict.fromkeys(effects)),
+        terms=read_terms(terms, starts),
+        seed=seed,
+        smoothing=smoothing,
+        draws=draws if posterior else None,
+        with_profiles=profiles,
+        progress=progress,
+    )
+    check_converged(result)
+    return Fit(result)
 
 
 def diagnose(
@@ -226,9 +235,9 @@ def diagnose(
     if not budget_minutes > 0.0:
         raise InputError(f"budget_minutes is {budget_minutes:g}: expected minutes, above 0")
     own = read_terms(terms, starts)
-    among = among_effects(only, without, own)
-    options: dict[str, Any] = {"law": law, "among": among, "terms": own, "budget_minutes": budget_minutes, "progress": progress}
-    return Diagnosed(diagnose_experiment(_loaded(experiment), **options))
+    among, loaded = among_effects(only, without, own), _loaded(experiment)
+    found = diagnose_experiment(loaded, law=law, among=among, terms=own, budget_minutes=budget_minutes, progress=progress)
+    return Diagnosed(found)
 
 
 def simulate(model: Model, experiment: Experiment | Path | str, *, as_recorded: bool = False) -> dict[str, xr.Dataset]:
@@ -258,16 +267,3 @@ def _loaded(experiment: Experiment | Path | str, *, need_files: bool = True) -> 
     if not isinstance(experiment, Experiment | Path | str):
         raise InputError(f"the experiment is of type {type(experiment).__name__}: expected one that is loaded, or a path")
     return experiment if isinstance(experiment, Experiment) else load_experiment(Path(experiment), need_files=need_files)
-
-
-def _text(shown: RenderableType) -> str:
-    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, color_system=None)
-    with console.capture() as capture:
-        console.print(shown)
-    return capture.get()
-
-
-def _html(shown: RenderableType) -> str:
-    console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, record=True)
-    console.print(shown)
-    return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')

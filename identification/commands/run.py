@@ -84,12 +84,9 @@ def run_fit(
     Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
-    among_effects(only=effects)
+    chosen: dict[str, Any] = {"law": law, "compare": compare, "effects": effects, "terms": terms, "starts": starts}
+    check_choices(**chosen, earlier=earlier, reference=reference, draws=draws)
     effects, own = tuple(dict.fromkeys(effects)), read_terms(terms, starts)
-    if draws is not None:
-        check_extra()
-    if compare:
-        check_laws(compare)
     known = {} if earlier is None else read_estimates(earlier)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
@@ -137,7 +134,7 @@ def check_choices(
     compare: Sequence[str],
     effects: Sequence[str],
     terms: Sequence[str],
-    starts: Mapping[str, float],
+    starts: Mapping[str, float] | None,
     earlier: Path | None,
     reference: Path | None,
     draws: int | None,

@@ -15,96 +15,56 @@ from identification.experiment.errors import ExperimentError, listed, shown
 STAND_INS = frozenset(("V", "rad", "deg"))
 SELDOM = frozenset(("mil", "mg", "mm/s^2", "cm/s^2", "in/s^2", "ft/s^2", "kgf"))
 """Units that are too seldom to be taken for what somebody wrote by mistake."""
+_DEGREE, _FOOT, _INCH = pi / 180.0, 0.3048, 0.0254
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2, "in": _INCH, "ft": _FOOT, "mil": 1e-3 * _INCH}
+_GRAVITIES = {"g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY}
 FACTORS: dict[str, dict[str, float]] = {
-    "displacement": {
-        "m": 1.0,
-        "mm": 1e-3,
-        "um": 1e-6,
-        "µm": 1e-6,
-        "cm": 1e-2,
-        "in": 0.0254,
-        "ft": 0.3048,
-        "mil": 2.54e-5,
-        "V": 1.0,
-        "rad": 1.0,
-        "deg": pi / 180.0,
-    },
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
-    "acceleration": {
-        "m/s^2": 1.0,
-        "m/s2": 1.0,
-        "m/s²": 1.0,
-        "g": STANDARD_GRAVITY,
-        "gn": STANDARD_GRAVITY,
-        "mg": 1e-3 * STANDARD_GRAVITY,
-        "mm/s^2": 1e-3,
-        "cm/s^2": 1e-2,
-        "in/s^2": 0.0254,
-        "ft/s^2": 0.3048,
-    },
-    "angle": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0},
+    "displacement": {**_LENGTHS, "V": 1.0, "rad": 1.0, "deg": _DEGREE},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "acceleration": {"m/s^2": 1.0, **_GRAVITIES, "mm/s^2": 1e-3, "cm/s^2": 1e-2, "in/s^2": _INCH, "ft/s^2": _FOOT},
+    "angle": {"rad": 1.0, "deg": _DEGREE},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "kgf": STANDARD_GRAVITY, "V": 1.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "rpm": 1.0 / 60.0, "rad/s": 0.5 / pi},
 }
 OUTPUTS: dict[str, dict[str, float]] = {
-    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "µV": 1e-6},
-    "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6, "µA": 1e-6},
+    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
+    "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6},
 }
 """Of sensors, which a `Sensitivity` turns into what they measure."""
 SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N", "frequency": "Hz"}
+_UNITS = FACTORS | OUTPUTS
+_EVERY_UNIT = frozenset(unit for table in _UNITS.values() for unit in table)
 
 # Of columns that are no channel.
 OTHERS = frozenset(("%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "1", "um/m", "m/s", "mm/s"))
 # As programs of National Instruments, oscilloscopes and makers of front ends write them out, in lower case.
-ALIASES = {
-    "meter": "m",
-    "meters": "m",
-    "millimeter": "mm",
-    "millimeters": "mm",
-    "micrometer": "um",
-    "micrometers": "um",
-    "micron": "um",
-    "microns": "um",
-    "inch": "in",
-    "inches": "in",
-    "feet": "ft",
-    "mils": "mil",
-    "thou": "mil",
-    "volt": "V",
-    "volts": "V",
-    "millivolt": "mV",
-    "millivolts": "mV",
-    "ampere": "A",
-    "amperes": "A",
-    "degree": "deg",
-    "degrees": "deg",
-    "°": "deg",
-    "radians": "rad",
-    "newton": "N",
-    "newtons": "N",
-    "lb": "lbf",
-    "lbs": "lbf",
-    "pounds": "lbf",
-    "kips": "kip",
-    "sec": "s",
-    "second": "s",
-    "seconds": "s",
-    "msec": "ms",
-    "milliseconds": "ms",
-    "usec": "us",
-    "microseconds": "us",
-    "g's": "g",
-    "1/min": "rpm",
-    "r/min": "rpm",
-    "rev/min": "rpm",
-    "m/sec^2": "m/s^2",
-    "m/s**2": "m/s^2",
-    "m/(s^2)": "m/s^2",
-    "mm/s2": "mm/s^2",
-    "cm/s2": "cm/s^2",
-    "in/s2": "in/s^2",
-    "ft/s2": "ft/s^2",
+SPELLINGS = {
+    "m": ("meter", "meters"),
+    "mm": ("millimeter", "millimeters"),
+    "um": ("micrometer", "micrometers", "micron", "microns"),
+    "in": ("inch", "inches"),
+    "ft": ("feet",),
+    "mil": ("mils", "thou"),
+    "V": ("volt", "volts"),
+    "mV": ("millivolt", "millivolts"),
+    "A": ("ampere", "amperes"),
+    "deg": ("degree", "degrees", "°"),
+    "rad": ("radians",),
+    "N": ("newton", "newtons"),
+    "lbf": ("lb", "lbs", "pounds"),
+    "kip": ("kips",),
+    "s": ("sec", "second", "seconds"),
+    "ms": ("msec", "milliseconds"),
+    "us": ("usec", "microseconds"),
+    "g": ("g's",),
+    "rpm": ("1/min", "r/min", "rev/min"),
+    "m/s^2": ("m/s2", "m/sec^2", "m/s**2", "m/(s^2)"),
+    "mm/s^2": ("mm/s2",),
+    "cm/s^2": ("cm/s2",),
+    "in/s^2": ("in/s2",),
+    "ft/s^2": ("ft/s2",),
 }
+_SPELT = {spelling: unit for unit, spellings in SPELLINGS.items() for spelling in spellings}
 
 
 NEAR = 0.1
@@ -121,15 +81,8 @@ _WORDS = frozenset(("in", "min", "s", "V", "A"))
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
     """Find the factor that turns numbers in `unit` into SI.
 
-    Compatibility forms are one unit: the two micro signs, "²" for "2", and the spellings of `ALIASES`.
-
-    Args:
-        unit: as written in the experiment file.
-        dimension: "displacement", "time", "acceleration", "angle", "force" or "frequency"; "voltage" or "current" of a sensor's output.
-        where: the place in the experiment file, for the message.
-
-    Returns:
-        SI value of one `unit` (m, s, m/s^2, rad, N, Hz, V or A).
+    Compatibility forms are one unit: the two micro signs and "u", "²" for "^2", and the spellings of `SPELLINGS`. The dimension is one of
+    `FACTORS`, or "voltage" or "current" of a sensor's output; `where` is the place in the experiment file, for the message.
 
     Raises:
         ExperimentError: the unit is unknown or of another dimension; the message names the accepted ones.
@@ -138,12 +91,10 @@ def factor_to_si(unit: str, dimension: str, where: str) -> float:
         >>> factor_to_si("mm", "displacement", "[sensors.hammer_displacement]")
         0.001
     """
-    accepted = (FACTORS | OUTPUTS)[dimension]
-    wanted = _canonical(unit)
-    for name, factor in accepted.items():
-        if _canonical(name) == wanted:
-            return factor
-    others = [other for other, table in (OUTPUTS | FACTORS).items() if other != dimension and wanted in map(_canonical, table)]
+    accepted, wanted = _UNITS[dimension], _canonical(unit)
+    if wanted in accepted:
+        return accepted[wanted]
+    others = [other for other, table in (OUTPUTS | FACTORS).items() if wanted in table]
     what = f"a unit of {others[0]}" if others else "not a known unit"
     remedy = "; where the numbers are a sensor's output, give its sensitivity, such as 11.2 mV/N" if output_of(unit) else ""
     raise ExperimentError(f"unit {shown(unit)} in {where} is {what}: expected one of {dimension}, that is {listed(accepted)}{remedy}")
@@ -158,11 +109,20 @@ def same_unit(unit: str, other: str, dimension: str) -> bool:
         >>> same_unit("m/s2", "m/s^2", "acceleration"), same_unit("V", "m", "displacement")
         (True, False)
     """
-    factors = {_canonical(name): factor for name, factor in (FACTORS | OUTPUTS)[dimension].items()}
-    one, two = _canonical(unit), _canonical(other)
+    factors, one, two = _UNITS[dimension], _canonical(unit), _canonical(other)
     if not {one, two} <= factors.keys():
         return False
     return one == two or (factors[one] == factors[two] and not STAND_INS & {one, two})
+
+
+def unit_among(text: str, dimension: str) -> str | None:
+    """The first unit of a dimension that a text means (`same_unit`); None where it means none.
+
+    Example:
+        >>> unit_among("Newtons", "force"), unit_among("lbs", "displacement")
+        ('N', None)
+    """
+    return next((unit for unit in FACTORS[dimension] if same_unit(text, unit, dimension)), None)
 
 
 def is_unit(text: str) -> bool:
@@ -172,7 +132,7 @@ def is_unit(text: str) -> bool:
         >>> is_unit("mm"), is_unit("°C"), is_unit("Force")
         (True, True, False)
     """
-    return _canonical(text) in {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table} | OTHERS
+    return _canonical(text) in _EVERY_UNIT | OTHERS
 
 
 def output_of(unit: str) -> str | None:
@@ -182,7 +142,7 @@ def output_of(unit: str) -> str | None:
         >>> output_of("mV"), output_of("N")
         ('voltage', None)
     """
-    return next((kind for kind, table in OUTPUTS.items() if _canonical(unit) in map(_canonical, table)), None)
+    return next((kind for kind, table in OUTPUTS.items() if _canonical(unit) in table), None)
 
 
 def unit_text(name: str) -> str | None:
@@ -195,7 +155,6 @@ def unit_text(name: str) -> str | None:
         >>> unit_text("LVDT 2 [mm]"), unit_text("Force (raw)"), unit_text("Weg / mm"), unit_text("v (m/s) Run #1"), unit_text("Force min")
         ('mm', 'raw', 'mm', 'm/s', None)
     """
-    units = {_canonical(unit) for table in (FACTORS | OUTPUTS).values() for unit in table}
     at_end = _IN_NAME.search(name)
     if within := [unit for unit in _BRACKETS.findall(name) if is_unit(unit) and (unit not in ("A", "K", "1") or at_end)]:
         return within[-1]
@@ -204,7 +163,7 @@ def unit_text(name: str) -> str | None:
     found = _BEHIND.fullmatch(name.strip())
     if found is None or not (found["mark"].strip() in ("/", "in") or found["unit"] not in _WORDS):
         return None
-    return found["unit"] if _canonical(found["unit"]) in units else None
+    return found["unit"] if _canonical(found["unit"]) in _EVERY_UNIT else None
 
 
 def unit_in_name(name: str, dimension: str) -> str | None:
@@ -220,7 +179,7 @@ def unit_in_name(name: str, dimension: str) -> str | None:
     if text is None or _canonical(text) == "A":
         return None
     is_output = dimension != "time" and output_of(text) is not None
-    return text if is_output or _canonical(text) in map(_canonical, FACTORS[dimension]) else None
+    return text if is_output or _canonical(text) in FACTORS[dimension] else None
 
 
 def is_stand_in(unit: str | None) -> bool:
@@ -229,9 +188,9 @@ def is_stand_in(unit: str | None) -> bool:
 
 
 def _canonical(unit: str) -> str:
-    """Fold compatibility characters and spellings, so that either micro sign, either exponent and "Newtons" for "N" compare equal."""
-    folded = unicodedata.normalize("NFKC", unit.strip())
-    return ALIASES.get(folded.lower(), folded)
+    """A unit as the tables have it: compatibility characters and spellings folded, such as either micro sign, and "Newtons" for "N"."""
+    folded = unicodedata.normalize("NFKC", unit.strip()).replace("\u03bc", "u")
+    return _SPELT.get(folded.lower(), folded)
 
 
 TIME = "time"
@@ -276,17 +235,11 @@ def is_time(column: str, unit: str | None) -> bool:
         (True, True, True, False)
     """
     stated = unit or unit_text(column) or column
-    return means_time(column) or _canonical(stated) in map(_canonical, FACTORS["time"])
+    return means_time(column) or _canonical(stated) in FACTORS["time"]
 
 
 def si_unit(channel: str) -> str:
-    """Name the SI unit of a channel.
-
-    Args:
-        channel: a key of `CHANNELS`.
-
-    Returns:
-        "m", "m/s^2" or "N".
+    """Name the SI unit of a channel, a key of `CHANNELS`: "m", "m/s^2" or "N".
 
     Example:
         >>> si_unit("impact_force")
@@ -296,7 +249,6 @@ def si_unit(channel: str) -> str:
 
 
 _TEXT = re.compile(r"(?P<value>\d*\.?\d+(?:[eE][+-]?\d+)?)\s*(?P<output>[^\s\d./]+)\s*/\s*(?:\((?P<inner>.+)\)|(?P<plain>.+))")
-"""Such as "10.2 mV/(m/s^2)"."""
 _EXAMPLES = {"force": "11.2 mV/N", "acceleration": "100 mV/g", "displacement": "0.8 V/mm"}
 """By dimension."""
 _SMALLEST = 1e-30
@@ -329,11 +281,7 @@ class Sensitivity:
     per_si: float
 
     def factor(self, unit: str, where: str) -> float:
-        """SI value of what is measured at an output of one `unit`.
-
-        Args:
-            unit: of the recorded numbers.
-            where: the place that states it, for the message.
+        """SI value of what is measured at an output of one `unit`, that of the recorded numbers, which `where` states.
 
         Raises:
             ExperimentError: it is no unit of the sensor's output.
@@ -353,12 +301,7 @@ class Sensitivity:
 
 
 def read_sensitivity(text: str, dimension: str, where: str) -> Sensitivity:
-    """Read a sensitivity.
-
-    Args:
-        text: a number, the unit of the output, "/" and a unit of what is measured: "11.2 mV/N", "10.2 mV/(m/s^2)".
-        dimension: of what is measured.
-        where: the table that states it, for the message.
+    """Read a sensitivity: a number, the unit of the output, "/" and a unit of the dimension that is measured, as in "10.2 mV/(m/s^2)".
 
     Raises:
         ExperimentError: the text is no such quotient, its number is not above 0, or a unit is unknown or of another dimension, such as the
@@ -397,34 +340,3 @@ def mistaken_unit(channel: str, factor: float, declared: str | None) -> str:
     others = {unit: true for unit, true in FACTORS[dimension].items() if true != read and unit not in STAND_INS | SELDOM}
     nearest = min(others, key=lambda unit: abs(factor * others[unit] / read - 1.0))
     return nearest if abs(factor * others[nearest] / read - 1.0) < NEAR else ""
-
-
-_ANGLE = re.compile(r"atan2\(\s*(?P<minus1>-?)\s*(?P<across>[^,]+?)\s*,\s*(?P<minus2>-?)\s*(?P<along>[^,]+?)\s*\)")
-"""Such as "atan2(x, -y)"."""
-
-
-@dataclass(frozen=True)
-class Angle:
-    """An angle, rad, of a point seen from a pivot at the origin: the arctangent of two columns, each with its sign.
-
-    Attributes:
-        across, along: names of the columns: at right angles to the direction in which the angle is zero, and along it.
-        signs: 1 or -1, of both.
-    """
-
-    across: str
-    along: str
-    signs: tuple[int, int]
-
-
-def read_angle(text: str) -> Angle | None:
-    """The angle that stands in place of a column's name; None for any other text.
-
-    Example:
-        >>> read_angle("atan2(x, -y)"), read_angle("x")
-        (Angle(across='x', along='y', signs=(1, -1)), None)
-    """
-    found = _ANGLE.fullmatch(text.strip())
-    if found is None:
-        return None
-    return Angle(found["across"], found["along"], (-1 if found["minus1"] else 1, -1 if found["minus2"] else 1))

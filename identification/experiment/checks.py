@@ -352,17 +352,10 @@ def check_records(
     mass: float | None,
     law: str | None,
 ) -> tuple[str, ...]:
-    """Refuse a description that the records contradict, and doubt one that they make unlikely.
+    """Refuse a description that the records contradict; give sentences on one that they make unlikely and that may be right.
 
-    Args:
-        records: with channels and noise.
-        units: declared for the channels of each record.
-        sensors: of the experiment.
-        mass: of the hammer, kg; None where it is to be estimated.
-        law: name of the contact law, "none" for a rig without a stop, or None for the nominal one.
-
-    Returns:
-        Sentences on what is odd and may be right.
+    `units` are declared for the channels of each record; `mass`, kg, is None where it is to be estimated; `law` is the name of the contact
+    law, "none" for a rig without a stop, or None for the nominal one.
 
     Raises:
         ExperimentError: what is wrong, in one line, with the value that would be right where the records show it.

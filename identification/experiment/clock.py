@@ -4,7 +4,7 @@ Stamps are printed with too few digits, come in blocks, count from 1970, or jitt
 `clocked` makes of them the time of each sample, as far as the stamps alone say it; what needs the operator's word is a `ClockSettings`.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,11 +26,9 @@ LOST_SHARE = 0.5
 """Of a pause: stamps that stay later than before it by more than this share of it show that samples were lost in it."""
 LONG = 1.5
 """Of the median step: one that is longer is a pause."""
-REPEATED = (
-    "leave repeated ones out with drop_bad_time = true in the record, or, where the samples came evenly and only their stamps are bad, set "
-    "rebuild_time = true there"
-)
 Stamps = Float64[np.ndarray, " samples"]
+Kept = Float64[np.ndarray, " kept"]
+"""Of the samples, those that are used."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,15 +48,32 @@ class ClockSettings:
     stretch: int | None = None
 
 
+def timed(
+    time: Stamps, channels: Mapping[str, Stamps], settings: ClockSettings, rate: float | None, where: str
+) -> tuple[Kept, dict[str, Kept], tuple[str, ...]]:
+    """Time, s, and channels by what a record declares of its stamps and its sampling rate, Hz, if it does; and notices on what was done."""
+    kept, said = dict(channels), []
+    if settings.stretch is not None:
+        part, notice = chosen_stretch(time, settings.stretch, where)
+        time, kept = time[part], {name: values[part] for name, values in kept.items()}
+        said.append(notice)
+    if settings.rebuild:
+        time, notice = rebuilt(time, rate, where)
+        said.append(notice)
+    else:
+        time, notices = clocked(time, kept.values())
+        said.extend(notices)
+    if settings.drop_bad:
+        time, kept, notices = drop_bad_time(time, kept)
+        said.extend(notices)
+    return time, kept, tuple(said)
+
+
 def clocked(time: Stamps, channels: Iterable[Float64[np.ndarray, " _"]]) -> tuple[Stamps, tuple[str, ...]]:
     """Time stamps as exact as they show by themselves, and notices on what was done.
 
     Stamps that lie so far from 0 that double precision rounds them count from the first. Those that lack digits become even ones where a
-    straight line over the number of the sample explains all of them within the last digit (`even_time`).
-
-    Args:
-        time: s.
-        channels: with these stamps.
+    straight line over the number of the sample explains all of them within the last digit (`even_time`, which looks at the channels too).
 
     Example:
         >>> clocked(1.7e9 + np.arange(32) / 512, [])[1]
@@ -144,11 +159,6 @@ def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
     The step is that of the declared `rate`, Hz, else the slope of the least-squares line of the stamps, each where it stands first, over
     the number of the sample; the beginning is such that the stamps scatter about the even time with mean zero.
 
-    Args:
-        time: s.
-        rate: of sampling, Hz, or None.
-        where: the record, for messages.
-
     Raises:
         ExperimentError: fewer stamps than a record needs; the stamps do not grow; they show another rate than the declared one; or they
             show that samples were lost between two of them, so that the samples did not come evenly.
@@ -214,9 +224,7 @@ def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> No
             )
 
 
-def drop_bad_time(
-    time: Float64[np.ndarray, " samples"], channels: dict[str, Float64[np.ndarray, " samples"]]
-) -> tuple[Float64[np.ndarray, " kept"], dict[str, Float64[np.ndarray, " kept"]], tuple[str, ...]]:
+def drop_bad_time(time: Stamps, channels: dict[str, Stamps]) -> tuple[Kept, dict[str, Kept], tuple[str, ...]]:
     """Leave out samples without a time stamp, or with that of the sample before; a notice says how many.
 
     Time that runs backwards is left as it is.
@@ -234,7 +242,7 @@ def drop_bad_time(
     return time[kept], {name: values[kept] for name, values in channels.items()}, (notice,)
 
 
-def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, ...]:
+def check_time(time: Stamps, where: str) -> tuple[str, ...]:
     """Refuse time stamps, s, that are too few, not finite, or that do not grow; `where` names the record.
 
     Given is a notice if the spread of the sampling step, largest minus smallest, exceeds 1 % of its median; else nothing.
@@ -252,7 +260,11 @@ def check_time(time: Float64[np.ndarray, " samples"], where: str) -> tuple[str, 
     back = np.flatnonzero(steps <= 0.0)
     if back.size:
         i = int(back[0])
-        remedy = REPEATED if steps[i] == 0.0 else _of_backwards(time)
+        repeated = (
+            "leave repeated ones out with drop_bad_time = true in the record, or, where the samples came evenly and only their stamps are "
+            "bad, set rebuild_time = true there"
+        )
+        remedy = repeated if steps[i] == 0.0 else _of_backwards(time)
         raise ExperimentError(
             f"time of {where} does not grow at sample {i + 2} ({time[i]:.9g} s is followed by {time[i + 1]:.9g} s): "
             f"expected strictly increasing time stamps; {remedy}"
@@ -319,23 +331,16 @@ def _of_backwards(time: Stamps) -> str:
     )
 
 
-def check_drive(frequency: float | None, time: Float64[np.ndarray, " samples"], where: str) -> None:
+def check_drive_sampling(frequency: float | None, time: Stamps, where: str) -> None:
     """Refuse a drive, Hz, with fewer than two samples in a period; pauses between samples do not count."""
     sampling = 1.0 / float(np.median(np.diff(time)))
     if frequency is not None and frequency > 0.5 * sampling * (1.0 + COARSEST_ROUNDING):
+        in_ms = frequency < 500.0 * sampling  # well sampled then
+        hint = ', or add time_unit = "ms" to the record if its time stamps are in ms' if in_ms else ", and the unit of the time"
         raise ExperimentError(
             f"excitation_frequency of {where} is {frequency:g} Hz, and its samples come at {sampling:.4g} Hz: expected at most half of"
-            f" that; check that it is in Hz{_in_ms(frequency, sampling)}"
+            f" that; check that it is in Hz{hint}"
         )
-
-
-def _in_ms(frequency: float, sampling: float) -> str:
-    """A hint where the drive would be well sampled if the time stamps were in ms."""
-    return (
-        ', or add time_unit = "ms" to the record if its time stamps are in ms'
-        if frequency < 500.0 * sampling
-        else ", and the unit of the time"
-    )
 
 
 def declared_time(duration: float | None, sampling_frequency: float | None, where: str) -> Float64[np.ndarray, " samples"]:

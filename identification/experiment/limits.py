@@ -51,9 +51,7 @@ def check_claim(claimed_bytes: int, stored_bytes: int) -> None:
 
 def check_shape(shape: tuple[int, ...], name: str) -> None:
     """Refuse a shape that is no column, or too many samples, before anything is allocated; `name` is the column's."""
-    samples = 1
-    for length in shape:
-        samples *= int(length)
+    samples = math.prod(map(int, shape))
     check_samples(samples, f"column {shown(name)}")
     if len(shape) == 0 or (samples > 0 and max(shape) != samples):
         raise ExperimentError(f"column {shown(name)} has shape {tuple(shape)}: expected one dimension; store one array per channel")
@@ -71,22 +69,12 @@ def text_limit(stored_bytes: int, *, packed: bool = False) -> int:
 
 
 def allowed_bytes(stored_bytes: int) -> int:
-    """Bytes that a file of so many may unfold to.
-
-    Example:
-        >>> allowed_bytes(10) == FREE_BYTES
-        True
-    """
+    """Bytes that a file of so many may unfold to."""
     return max(FREE_BYTES, MAX_RATIO * stored_bytes)
 
 
 def allowed_seconds(stored_bytes: int) -> int:
-    """Processor time that reading a file of so many bytes may take, s.
-
-    Example:
-        >>> allowed_seconds(3_000_000)
-        18
-    """
+    """Processor time that reading a file of so many bytes may take, s."""
     return FREE_SECONDS + stored_bytes // BYTES_PER_SECOND
 
 

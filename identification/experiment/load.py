@@ -50,7 +50,10 @@ experiment.toml; check the path
     values, digest = parse_toml(file)
     top = Table(values=values, where=file.name)
     top.allow("schema", *TABLES, "record")
-    _check_schema(values.get("schema"), file.name)
+    if (schema := values.get("schema")) is None:
+        raise ExperimentError(f"schema is missing in {file.name}: expected {SCHEMA}; add a first line 'schema = {SCHEMA}'")
+    if isinstance(schema, bool) or schema != SCHEMA:
+        raise ExperimentError(f"schema in {file.name} is {shown(schema)}: expected {SCHEMA}; correct it, or update the program")
     tables = {key: top.table(key, f"[{key}]") for key in TABLES}
     for key, known in {"experiment": ("name",), "hammer": ("mass", "estimate_mass"), "contact": ("law",)}.items():
         tables[key].allow(*known)
@@ -84,41 +87,28 @@ experiment.toml; check the path
     )
 
 
-def _check_schema(schema: object, name: str) -> None:
-    """Only one version of the format exists."""
-    if schema is None:
-        raise ExperimentError(f"schema is missing in {name}: expected {SCHEMA}; add a first line 'schema = {SCHEMA}'")
-    if isinstance(schema, bool) or schema != SCHEMA:
-        raise ExperimentError(f"schema in {name} is {shown(schema)}: expected {SCHEMA}; correct it, or update the program")
-
-
-def _check_gaps(tables: list[object], name: str) -> None:
-    """A proposed experiment file lacks them all, and one message for each would be one run for each."""
-    numbered = ((number, table) for number, table in enumerate(tables, start=1) if isinstance(table, dict))
-    without = [str(table.get("file", number)) for number, table in numbered if "gap" not in table]
-    if len(without) > 1:
-        raise ExperimentError(
-            f"gap is missing in {len(without)} records of {name} ({listed(without)}): expected a finite number in m; "
-            "add a line 'gap = …' to each"
-        )
-
-
 def _record_settings(tables: object, name: str, *, to_fit: bool) -> list[RecordSettings]:
     """Check all `[[record]]` tables, and that no two of them mean one file or would write one result file."""
     if isinstance(tables, dict):
         raise ExperimentError(f"[record] in {name} is a single table: expected one for each record; write [[record]]")
     if not isinstance(tables, list) or not tables:
         raise ExperimentError(f"{name} has no record: expected at least one table [[record]] with file, kind and gap; add it")
-    _check_gaps(tables, name)
+    numbered = ((number, table) for number, table in enumerate(tables, start=1) if isinstance(table, dict))
+    without = [str(table.get("file", number)) for number, table in numbered if "gap" not in table]
+    if len(without) > 1:  # a proposed file lacks them all, and one message for each would be one run for each
+        raise ExperimentError(
+            f"gap is missing in {len(without)} records of {name} ({listed(without)}): expected a finite number in m; "
+            "add a line 'gap = …' to each"
+        )
     settings = [read_record_settings(values, number) for number, values in enumerate(tables, start=1)]
-    if to_fit and all(each.held_back for each in settings):
+    if to_fit and all(each.record.held_back for each in settings):
         raise ExperimentError(f"every record of {name} is held back: expected at least one to fit; set held_back = false there")
     files: dict[PurePosixPath, RecordSettings] = {}
     stems: dict[str, RecordSettings] = {}
     for each in settings:
-        if files.setdefault(PurePosixPath(each.file), each) is not each:
+        if files.setdefault(PurePosixPath(each.record.file), each) is not each:
             raise ExperimentError(f"{each.where} is there twice: expected every file once; remove one of the two tables")
-        if (earlier := stems.setdefault(stem_of(each.file), each)) is not each:
+        if (earlier := stems.setdefault(stem_of(each.record.file), each)) is not each:
             raise ExperimentError(
                 f"{each.where} and {earlier.where} have one name but for folder or suffix: expected different names, "
                 "because results bear them; rename one"

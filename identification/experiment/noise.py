@@ -28,7 +28,7 @@ def estimate_noise(values: Float64[np.ndarray, " samples"]) -> float | None:
     small that most samples just repeat, the step is taken from the smallest changes between neighbours.
 
     Args:
-        values: one channel, any unit, evenly sampled, shape (samples,); NaN where not usable.
+        values: one channel, any unit, evenly sampled; NaN where not usable.
 
     Returns:
         The standard deviation in the same unit, above 0; None where the channel is constant or has too few usable samples.
@@ -62,6 +62,8 @@ def _smallest_change(values: Float64[np.ndarray, " samples"]) -> float:
     return float(np.quantile(changes, 0.05)) if changes.size else 0.0
 
 
+Estimates = dict[str, float | None]
+"""Of the noise of one record, by channel whose noise is not declared."""
 # Below this share of the channel's span no measurement is that quiet.
 COMPUTED = 1e-7
 # A quantisation that raises the noise by more than this factor is reported.
@@ -74,68 +76,60 @@ def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed:
     A declared noise is the sensor's; the quantisation of the record, a variance of step^2 / 12, is added to it. Of a channel that was
     filtered both, and an estimate, are those before the filter times its gain for white noise.
     A channel that stands still, or has too few samples, has no estimate of its own: it takes the largest one of the same channel in another
-    record, else of a channel of the same dimension. Fitted records take none from records that are held back.
-
-    Args:
-        records: with their channels.
-        sensors: with the declared noise.
-        needed: False leaves a channel out of `noise` where True would raise.
-
-    Returns:
-        The records with noise, and a notice on every estimate.
+    record, else of a channel of the same dimension. Fitted records take none from records that are held back. Notices say what was
+    estimated.
 
     Raises:
-        ExperimentError: a channel's noise is not declared and can neither be estimated nor taken from another record.
+        ExperimentError: a channel's noise is not declared and can neither be estimated nor taken from another record; where it is not
+            `needed`, the channel is left out of `noise`.
     """
     estimates = [
         {channel: _sensed(record, channel)[0] for channel in record.channels if sensors[channel].noise is None} for record in records
     ]
     of_fitted = [own for record, own in zip(records, estimates, strict=True) if not record.held_back]
-    filled = tuple(
-        _filled(record, own, estimates if record.held_back else of_fitted, sensors) for record, own in zip(records, estimates, strict=True)
-    )
-    for record in filled:
+    filled = []
+    for record, own in zip(records, estimates, strict=True):
+        noise, notices = {}, []
         for channel in record.channels:
-            if needed and channel not in record.noise:
+            found, said = _noise_of(record, channel, own, estimates if record.held_back else of_fitted, sensors)
+            notices += [f"{channel}: {said}"] if said else []
+            if found is not None:
+                noise[channel] = found
+            elif needed:
                 raise ExperimentError(
                     f"{channel} stands still in record {shown(record.file)}, so its noise cannot be estimated: expected a declared noise; "
                     f"add 'noise = …' in {si_unit(channel)} to [sensors.{channel}], or remove that table"
                 )
-    return filled
+        white = [f"{channel} {std:.3g} {si_unit(channel)}" for channel, std in own.items() if std is not None]
+        notices += [f"Noise not declared, estimated as if it were white: {', '.join(white)}."] if white else []
+        known = frozenset(own.keys() & noise.keys())
+        filled.append(replace(record, noise=noise, noise_estimated=known, notices=(*record.notices, *notices)))
+    return tuple(filled)
 
 
-def _filled(record: Record, own: dict[str, float | None], estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> Record:
-    """Fill in one record."""
-    noise: dict[str, float] = {}
-    estimated: list[str] = []
-    notices = list(record.notices)
-    for channel, values in record.channels.items():
-        declared = sensors[channel].noise
-        if declared is not None:
-            step, declared = _sensed(record, channel)[1], declared * (record.sensed[channel].gain if channel in record.sensed else 1.0)
-            noise[channel] = hypot(declared, step / sqrt(12.0))
-            if noise[channel] > REPORTED * declared:
-                notices.append(
-                    f"{channel}: its steps of {step:.3g} {si_unit(channel)} raise the declared noise from {declared:.3g} to "
-                    f"{noise[channel]:.3g} {si_unit(channel)}."
-                )
-            continue
-        estimate = own[channel]
-        if estimate is None:
-            taken, source = _from_elsewhere(channel, estimates, sensors)
-            if taken is not None:
-                noise[channel] = taken
-                notices.append(
-                    f"{channel}: the noise cannot be estimated from this record; {taken:.3g} {si_unit(channel)} taken from {source}."
-                )
-            continue
-        noise[channel] = estimate
-        estimated.append(f"{channel} {estimate:.3g} {si_unit(channel)}")
-        if estimate < COMPUTED * float(np.nanmax(values) - np.nanmin(values)):
-            notices.append(f"{channel}: so little noise looks computed, not measured; declare 'noise' in [sensors.{channel}].")
-    if estimated:
-        notices.append(f"Noise not declared, estimated as if it were white: {', '.join(estimated)}.")
-    return replace(record, noise=noise, noise_estimated=frozenset(channel for channel in own if channel in noise), notices=tuple(notices))
+def _noise_of(
+    record: Record, channel: str, own: Estimates, others: Sequence[Estimates], sensors: dict[str, Sensor]
+) -> tuple[float | None, str]:
+    """Noise of a channel: declared, its own estimate, or taken from other records; and what is worth saying about it."""
+    unit, declared, values = si_unit(channel), sensors[channel].noise, record.channels[channel]
+    if declared is not None:
+        step, gain = _sensed(record, channel)[1], record.sensed[channel].gain if channel in record.sensed else 1.0
+        total = hypot(declared * gain, step / sqrt(12.0))
+        if total <= REPORTED * declared * gain:
+            return total, ""
+        return total, f"its steps of {step:.3g} {unit} raise the declared noise from {declared * gain:.3g} to {total:.3g} {unit}."
+    if (estimate := own[channel]) is not None:
+        if estimate >= COMPUTED * float(np.nanmax(values) - np.nanmin(values)):
+            return estimate, ""
+        return estimate, f"so little noise looks computed, not measured; declare 'noise' in [sensors.{channel}]."
+    alike = [other for other in sensors if CHANNELS[other] == CHANNELS[channel] and other != channel]
+    for candidate in (channel, *alike):
+        found = [std for estimates in others if (std := estimates.get(candidate)) is not None]
+        std = sensors[candidate].noise or max(found, default=None)
+        if std is not None:
+            source = "the other records" if candidate == channel else candidate
+            return std, f"the noise cannot be estimated from this record; {std:.3g} {unit} taken from {source}."
+    return None, ""
 
 
 def _sensed(record: Record, channel: str) -> tuple[float | None, float]:
@@ -145,15 +139,3 @@ def _sensed(record: Record, channel: str) -> tuple[float | None, float]:
         return estimate_noise(values), quantisation_step(values)
     before = record.sensed[channel]
     return None if before.estimate is None else before.gain * before.estimate, before.gain * before.step
-
-
-def _from_elsewhere(channel: str, estimates: list[dict[str, float | None]], sensors: dict[str, Sensor]) -> tuple[float | None, str]:
-    """Find noise for a channel without an estimate, and where it comes from."""
-    alike = [other for other in sensors if CHANNELS[other] == CHANNELS[channel] and other != channel]
-    for candidate in (channel, *alike):
-        found = [table[candidate] for table in estimates if table.get(candidate) is not None]
-        declared = sensors[candidate].noise
-        if found or declared is not None:
-            value = declared if declared is not None else max(value for value in found if value is not None)
-            return value, "the other records" if candidate == channel else candidate
-    return None, ""

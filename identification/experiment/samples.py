@@ -14,41 +14,27 @@ from scipy.signal import butter, firwin, freqz, resample_poly, sosfiltfilt, sosf
 from identification.experiment.channels import si_unit
 from identification.experiment.clock import IRREGULAR_SPREAD, MIN_SAMPLES
 from identification.experiment.errors import ExperimentError
-from identification.experiment.experiment import Preparation, Sensed, Sensor
+from identification.experiment.experiment import Preparation, Sensed
 from identification.experiment.limits import LARGEST
 from identification.experiment.noise import estimate_noise, quantisation_step
 
+Samples = Float64[np.ndarray, " _"]
 _ROUNDING = 1e-9
 """Of a limit: by so much a sample at it may fall short after units have been converted."""
 
 
-def mark_missing(
-    values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str
-) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
-    """A channel, SI, with NaN for every infinite sample, and a notice on all NaN samples."""
-    lost = ~np.isfinite(values)
-    if not lost.any():
-        return values, ()
-    why = f"(NaN, infinite, beyond {LARGEST:.0e} or empty)"
-    notice = f"{channel}: {_samples(int(lost.sum()))} missing {why}, left out, in {_stretches(lost, time)}."
-    return np.where(lost, np.nan, values), (notice,)
-
-
-def mask_range(
-    values: Float64[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"], channel: str, sensor: Sensor
-) -> tuple[Float64[np.ndarray, " samples"], tuple[str, ...]]:
-    """A channel, SI, with NaN for samples at or beyond the declared range of the sensor, and a notice on these."""
-    if sensor.range is None:
-        return values, ()
-    low, high = sensor.range
-    beyond = (values <= low + _ROUNDING * abs(low)) | (values >= high - _ROUNDING * abs(high))
-    if not beyond.any():
-        return values, ()
-    notice = (
-        f"{channel}: {_samples(int(beyond.sum()))} at or beyond the declared range, {low:.6g} to {high:.6g} {si_unit(channel)}: "
-        f"left out, in {_stretches(beyond, time)}."
-    )
-    return np.where(beyond, np.nan, values), (notice,)
+def mark_unusable(values: Samples, time: Samples, channel: str, limits: tuple[float, float] | None) -> tuple[Samples, tuple[str, ...]]:
+    """A channel, SI, with NaN for samples at or beyond the declared range of its sensor; and notices on these and on missing ones."""
+    missing, found = ~np.isfinite(values), {}
+    if not missing.all():
+        found[f"missing (NaN, infinite, beyond {LARGEST:.0e} or empty), left out"] = missing
+    if limits is not None:
+        low, high = limits
+        beyond = (values <= low + _ROUNDING * abs(low)) | (values >= high - _ROUNDING * abs(high))
+        found[f"at or beyond the declared range, {low:.6g} to {high:.6g} {si_unit(channel)}: left out"] = beyond
+        values = np.where(beyond, np.nan, values)
+    counts = {why: "1 sample is" if mask.sum() == 1 else f"{mask.sum()} samples are" for why, mask in found.items()}
+    return values, tuple(f"{channel}: {counts[why]} {why}, in {_stretches(mask, time)}." for why, mask in found.items() if mask.any())
 
 
 def runs_of(mask: Bool[np.ndarray, " samples"]) -> tuple[Int[np.ndarray, " stretches"], Int[np.ndarray, " stretches"]]:
@@ -60,11 +46,6 @@ def runs_of(mask: Bool[np.ndarray, " samples"]) -> tuple[Int[np.ndarray, " stret
     """
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
     return edges[::2], edges[1::2]
-
-
-def _samples(count: int) -> str:
-    """Count in words."""
-    return "1 sample is" if count == 1 else f"{count} samples are"
 
 
 def _stretches(mask: Bool[np.ndarray, " samples"], time: Float64[np.ndarray, " samples"]) -> str:
@@ -80,7 +61,6 @@ def _stretches(mask: Bool[np.ndarray, " samples"], time: Float64[np.ndarray, " s
     )
 
 
-Samples = Float64[np.ndarray, " _"]
 MIN_RUN, MIN_RUNS = 4, 2
 """Samples of a stretch, and stretches, at one level that count as saturation."""
 STEEP_STEPS = 8.0
@@ -123,13 +103,7 @@ def find_saturation(values: Samples) -> tuple[Saturation, ...]:
     """Look for repeated runs at exactly a channel's largest or smallest value, entered or left steeply.
 
     Not taken for saturation: a level near zero or one that holds half of all samples (a channel at rest), and crests or rest levels that
-    only quantisation makes flat.
-
-    Args:
-        values: one channel, shape (samples,); NaN where not usable.
-
-    Returns:
-        At most two findings.
+    only quantisation makes flat. At most one finding for either side.
 
     Example:
         >>> wave = np.sin(np.linspace(0.0, 20.0, 200))
@@ -176,14 +150,8 @@ def prepared(
 ) -> tuple[Samples, dict[str, Samples], dict[str, Sensed], tuple[str, ...]]:
     """Prepare a record, in this order: crop, mask, low-pass, decimation or resampling, removal of a trend.
 
-    Args:
-        time: s, checked.
-        channels: SI; NaN where not usable.
-        asked: what the record declares.
-        where: the record, for messages.
-
     Returns:
-        Time and channels as prepared, what is known of each channel's noise before that, and notices on what was done.
+        Time, s, and channels, SI, as prepared, what is known of each channel's noise before that, and notices on what was done.
 
     Raises:
         ExperimentError: the record does not allow it: too little is left, a cut-off above half its rate, uneven samples to be filtered.
@@ -197,12 +165,20 @@ def prepared(
     sensed = {name: Sensed(estimate=estimate_noise(values), step=quantisation_step(values)) for name, values in channels.items()}
     lost = {name: ~np.isfinite(values) for name, values in channels.items()}
     power, rate = np.ones(BINS), 1.0 / float(np.median(np.diff(time)))
-    if asked.lowpass is not None or asked.decimate is not None:
-        _check_even(time, where)
+    steps = np.diff(time)
+    if (asked.lowpass is not None or asked.decimate is not None) and np.ptp(steps) > IRREGULAR_SPREAD * float(np.median(steps)):
+        raise ExperimentError(
+            f"{where} is to be filtered and its samples come unevenly, at steps of {steps.min():.4g} to {steps.max():.4g} s: expected "
+            f"equal steps; set resample = {rate:.4g} (Hz) in place of lowpass or decimate"
+        )
     if asked.lowpass is not None:
-        _check_lowpass(asked.lowpass, 0.5 * rate, 1.0 / float(time[-1] - time[0]), where)
+        given, slowest = f"lowpass of {where} is {asked.lowpass:g} Hz", 1.0 / float(time[-1] - time[0])
+        if asked.lowpass >= 0.5 * rate:
+            raise ExperimentError(f"{given}: expected less than half its sampling rate, {0.5 * rate:.6g} Hz; lower it")
+        if asked.lowpass <= slowest:  # below it a record holds nothing but its mean
+            raise ExperimentError(f"{given}: expected more than one over its duration, {slowest:.6g} Hz; raise it")
         sos: Any = butter(BUTTERWORTH_ORDER, asked.lowpass, fs=rate, output="sos")
-        channels = {name: _filtered(sos, time, values) for name, values in channels.items()}
+        channels = {name: np.asarray(sosfiltfilt(sos, bridged(time, values))) for name, values in channels.items()}
         power = power * np.abs(np.asarray(sosfreqz(sos, BINS)[1])) ** 4
         lost = {name: _widened(values, round(0.5 * rate / asked.lowpass)) for name, values in lost.items()}
     if asked.decimate is not None or asked.resample is not None:
@@ -212,12 +188,17 @@ def prepared(
         time, channels, lost, passed = _resampled(time, channels, lost, ratio)
         power = power * passed
     channels = {name: np.where(lost[name], np.nan, values) for name, values in channels.items()}
-    for name, kind in asked.detrend.items():
-        if name in channels:
-            channels[name] = _without_trend(time, channels[name], degree=0 if kind == "constant" else 1)
+    for name in asked.detrend.keys() & channels.keys():
+        usable, degree = np.isfinite(channels[name]), 0 if asked.detrend[name] == "constant" else 1
+        trend = np.polyfit(time[usable] - time[0], channels[name][usable], degree)
+        channels[name] = channels[name] - np.polyval(trend, time - time[0])
     stated = {name: Sensed(estimate=one.estimate, step=one.step, gain=float(np.sqrt(power.mean()))) for name, one in sensed.items()}
     filtered = asked.lowpass is not None or asked.decimate is not None or asked.resample is not None
-    return time, channels, stated if filtered else {}, _notices(asked, lost, filtered)
+    said = [f"Prepared as declared: {asked.words}."]
+    holes = [name for name, values in lost.items() if values.any()]
+    if filtered and holes:
+        said.append(f"Missing samples of {', '.join(holes)} were bridged by straight lines for the filter, and are left out.")
+    return time, channels, stated if filtered else {}, tuple(said)
 
 
 def cropped(time: Samples, channels: dict[str, Samples], asked: Preparation, where: str) -> tuple[Samples, dict[str, Samples]]:
@@ -248,29 +229,6 @@ def _masked(time: Samples, channels: dict[str, Samples], asked: Preparation, whe
     if time.size - left_out.sum() < MIN_SAMPLES:
         raise ExperimentError(f"mask of {where} leaves {time.size - left_out.sum()} samples: expected at least {MIN_SAMPLES}; shorten it")
     return {name: np.where(left_out, np.nan, values) for name, values in channels.items()}
-
-
-def _check_even(time: Samples, where: str) -> None:
-    """A filter needs equal steps."""
-    steps = np.diff(time)
-    if np.ptp(steps) > IRREGULAR_SPREAD * float(np.median(steps)):
-        raise ExperimentError(
-            f"{where} is to be filtered and its samples come unevenly, at steps of {steps.min():.4g} to {steps.max():.4g} s: expected "
-            f"equal steps; set resample = {1.0 / float(np.median(steps)):.4g} (Hz) in place of lowpass or decimate"
-        )
-
-
-def _check_lowpass(frequency: float, high: float, low: float, where: str) -> None:
-    """A cut-off lies below half the sampling rate, and above one over the duration, below which a record holds nothing but its mean."""
-    if frequency >= high:
-        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected less than half its sampling rate, {high:.6g} Hz; lower it")
-    if frequency <= low:
-        raise ExperimentError(f"lowpass of {where} is {frequency:g} Hz: expected more than one over its duration, {low:.6g} Hz; raise it")
-
-
-def _filtered(sos: Any, time: Samples, values: Samples) -> Samples:
-    """A channel filtered forwards and backwards; stretches without samples are bridged for it."""
-    return np.asarray(sosfiltfilt(sos, bridged(time, values)))
 
 
 def bridged(time: Samples, values: Samples) -> Samples:
@@ -315,18 +273,3 @@ def _resampled(
     lost = {name: _widened(values, -(-slower // up)) for name, values in lost.items()}
     passed = np.asarray(freqz(window, worN=np.arange(BINS) * np.pi / (BINS * up))[1])  # type: ignore[arg-type]
     return stamps, onto, {name: values[nearest] for name, values in lost.items()}, np.abs(passed) ** 2
-
-
-def _without_trend(time: Samples, values: Samples, *, degree: int) -> Samples:
-    """A channel without its mean or straight line."""
-    usable = np.isfinite(values)
-    return values - np.polyval(np.polyfit(time[usable] - time[0], values[usable], degree), time - time[0])
-
-
-def _notices(asked: Preparation, lost: dict[str, Any], filtered: bool) -> tuple[str, ...]:
-    """What was done, in one sentence; and what filters do to missing samples."""
-    said = [f"Prepared as declared: {asked.words}."]
-    holes = [name for name, values in lost.items() if values.any()]
-    if filtered and holes:
-        said.append(f"Missing samples of {', '.join(holes)} were bridged by straight lines for the filter, and are left out.")
-    return tuple(said)

@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from math import pi
+from typing import Any
+
+import numpy as np
 
 from identification.experiment.channels import CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
 from identification.experiment.clock import ClockSettings
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.experiment import Filter, Load, ParameterOption, Preparation, Prior, Sensor, Suspension
+from identification.experiment.experiment import Filter, Load, ParameterOption, Preparation, Prior, Record, Sensor, Suspension
 from identification.experiment.readers import stem_of
 from identification.experiment.toml_file import Table, finite
 
@@ -47,44 +50,25 @@ def read_parameters(tables: Table) -> dict[str, ParameterOption]:
     for name in tables.values:
         table = tables.table(name, f"[parameters.{name}]")
         table.allow("start", "fixed", "bounds", "prior", "varies")
-        option = ParameterOption(
-            start=table.number("start"),
-            fixed=table.flag("fixed"),
-            bounds=_limits(table, "bounds", "in the parameter's unit"),
-            prior=_prior(table),
-            varies=table.flag("varies"),
-        )
-        _check_agreement(option, table.where)
-        options[name] = option
-    return options
-
-
-def _prior(table: Table) -> Prior | None:
-    """Read `prior = { mean, std }`."""
-    if "prior" not in table.values:
-        return None
-    prior = table.table("prior", f"prior of {table.where}")
-    prior.allow("mean", "std")
-    return Prior(mean=prior.needed_number("mean", unit=""), std=prior.needed_number("std", unit="", positive=True))
-
-
-def _check_agreement(option: ParameterOption, where: str) -> None:
-    """Refuse wishes for one parameter that contradict one another."""
-    if option.fixed:
-        if option.start is None:
-            raise ExperimentError(f"{where} is fixed without a value: expected 'start' beside 'fixed'; add a line 'start = …'")
-        for wish, given in {"prior": option.prior is not None, "varies": option.varies}.items():
-            if given:
+        start, bounds, prior = table.number("start"), table.interval("bounds", "in the parameter's unit"), None
+        fixed, varies = table.flag("fixed"), table.flag("varies")
+        if "prior" in table.values:
+            normal = table.table("prior", f"prior of {table.where}")
+            normal.allow("mean", "std")
+            prior = Prior(mean=normal.needed_number("mean", unit=""), std=normal.needed_number("std", unit="", positive=True))
+        if fixed and start is None:
+            raise ExperimentError(f"{table.where} is fixed without a value: expected 'start' beside 'fixed'; add a line 'start = …'")
+        for wish in ("prior", "varies"):
+            if fixed and table.values.get(wish):
                 raise ExperimentError(
-                    f"{where} is fixed and has '{wish}': expected one of the two, a fixed parameter does not move; remove one"
+                    f"{table.where} is fixed and has '{wish}': expected one of the two, a fixed parameter does not move; remove one"
                 )
-    if option.bounds is None:
-        return
-    low, high = option.bounds
-    prior = None if option.prior is None else option.prior.mean
-    for what, value in {"start": option.start, "mean of the prior": prior}.items():
-        if value is not None and not low <= value <= high:
-            raise ExperimentError(f"the {what} in {where} is {value:g}, outside its bounds {low:g} to {high:g}: correct one of them")
+        for what, value in {"start": start, "mean of the prior": None if prior is None else prior.mean}.items():
+            if bounds is not None and value is not None and not bounds[0] <= value <= bounds[1]:
+                limits = f"{bounds[0]:g} to {bounds[1]:g}"
+                raise ExperimentError(f"the {what} in {table.where} is {value:g}, outside its bounds {limits}: correct one of them")
+        options[name] = ParameterOption(start=start, fixed=fixed, bounds=bounds, prior=prior, varies=varies)
+    return options
 
 
 def read_sensors(tables: Table) -> dict[str, Sensor]:
@@ -94,21 +78,28 @@ def read_sensors(tables: Table) -> dict[str, Sensor]:
     for channel in tables.values:
         table = tables.table(channel, f"[sensors.{channel}]")
         table.allow("unit", "sensitivity", "sign", "noise", "zero", "range", *BANDS)
-        unit, stated = table.string("unit"), table.string("sensitivity")
+        unit, stated, si = table.string("unit"), table.string("sensitivity"), si_unit(channel)
         sensitivity = None if stated is None else read_sensitivity(stated, CHANNELS[channel], table.where)
         if unit is not None:
             _ = factor_to_si(unit, CHANNELS[channel], table.where) if sensitivity is None else sensitivity.factor(unit, table.where)
-        noise = table.number("noise", unit=si_unit(channel), positive=True)
-        zero = table.number("zero", unit=si_unit(channel), positive=True)
-        span = _limits(table, "range", f"in {si_unit(channel)}")
-        sensors[channel] = Sensor(unit=unit, sensitivity=sensitivity, sign=_sign(table), noise=noise, zero=zero, range=span)
+        sign = table.values.get("sign", 1)
+        if isinstance(sign, bool) or sign not in (1, -1):
+            raise ExperimentError(f"sign in {table.where} is {shown(sign)}: expected 1 or -1; write sign = -1 to turn the channel round")
+        sensors[channel] = Sensor(
+            unit=unit,
+            sensitivity=sensitivity,
+            sign=int(sign),
+            noise=table.number("noise", unit=si, positive=True),
+            zero=table.number("zero", unit=si, positive=True),
+            range=table.interval("range", f"in {si}"),
+        )
     return sensors
 
 
 BANDS, FILTERS, MOST_ORDER = ("highpass", "lowpass"), ("butterworth",), 8
+"""In the order in which readings pass them; shapes of filters; largest order."""
 SLOWEST_CORNER, FASTEST_CORNER = 1e-6, 1e9
 """Of a declared filter, Hz."""
-"""In the order in which readings pass them; shapes of filters; largest order."""
 
 
 def read_filters(recorder: Table, tables: Table) -> tuple[Filter, ...]:
@@ -121,15 +112,12 @@ def read_filters(recorder: Table, tables: Table) -> tuple[Filter, ...]:
 def _filters(table: Table, channels: list[str]) -> list[Filter]:
     """The filters of one table, for each of the channels: `lowpass = { type, order, corner }`, or `{ time_constant }` of first order."""
     found = []
-    for band in BANDS:
-        if band not in table.values:
-            continue
+    for band in (band for band in BANDS if band in table.values):
         one = table.table(band, f"{band} of {table.where}")
         one.allow("type", "order", "corner", "time_constant")
-        order, corner = one.values.get("order", 1), one.quantity("corner", "frequency", example="1100 Hz", positive=True)
+        corner = one.quantity("corner", "frequency", example="1100 Hz", positive=True)
         constant = one.quantity("time_constant", "time", example="0.8 s", positive=True)
-        if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= MOST_ORDER:
-            raise ExperimentError(f"order of {one.where} is {shown(order)}: expected a whole number from 1 to {MOST_ORDER}; correct it")
+        order = one.whole("order", 1, MOST_ORDER) or 1
         if (corner is None) == (constant is None) or (constant is not None and order > 1):
             raise ExperimentError(
                 f'{one.where} is not one filter: expected {{ type = "butterworth", order = 4, corner = 1100.0 }} (Hz), or, of first order, '
@@ -146,134 +134,61 @@ def _filters(table: Table, channels: list[str]) -> list[Filter]:
     return found
 
 
-def _sign(table: Table) -> int:
-    """Read `sign`, 1 or -1."""
-    sign = table.values.get("sign", 1)
-    if isinstance(sign, bool) or sign not in (1, -1):
-        raise ExperimentError(f"sign in {table.where} is {shown(sign)}: expected 1 or -1; write sign = -1 to turn the channel round")
-    return int(sign)
-
-
-def _limits(table: Table, key: str, unit: str) -> tuple[float, float] | None:
-    """Read an optional `key = [lo, hi]`; `unit` is "in N", or words in its place."""
-    return _rising(table, key, unit, wanted="numbers", first="lower number", written="[lowest, highest]")
-
-
-def _rising(table: Table, key: str, unit: str, *, wanted: str, first: str, written: str) -> tuple[float, float] | None:
-    """Read an optional list of two rising numbers, in the words of its messages."""
-    if key not in table.values:
-        return None
-    value, given = table.values[key], f"{key} in {table.where}"
-    if not isinstance(value, list) or len(value) != 2:
-        raise ExperimentError(f"{given} is {shown(value)}: expected two {wanted} {unit}; write {key} = {written}")
-    low, high = (finite(each, given, unit=unit.removeprefix("in ")) for each in value)
-    if low >= high:
-        raise ExperimentError(f"{given} is {shown(value)}: expected the {first} first; write {key} = {written}")
-    return low, high
-
-
 TRENDS = ("constant", "linear")
 
 
 def read_preparation(table: Table) -> Preparation:
     """Read `crop`, `mask`, `lowpass`, `decimate`, `resample` and `detrend` of a record; empty where none is declared."""
-    decimate = table.values.get("decimate")
-    if decimate is not None and (isinstance(decimate, bool) or not isinstance(decimate, int) or decimate < 2):
-        raise ExperimentError(f"decimate in {table.where} is {shown(decimate)}: expected a whole number of at least 2; correct it")
-    resample = table.number("resample", unit="Hz", positive=True)
+    decimate, resample = table.whole("decimate", 2), table.number("resample", unit="Hz", positive=True)
     if decimate is not None and resample is not None:
         raise ExperimentError(f"{table.where} has both decimate and resample: expected one of the two; remove one")
+    spans = table.values.get("mask", [])
+    if not isinstance(spans, list) or any(not isinstance(span, list) for span in spans):
+        raise ExperimentError(f"mask in {table.where} is {shown(spans)}: expected a list of stretches in s; write mask = [[first, last]]")
+    masks = (Table(values={"mask": span}, where=table.where).interval("mask", "in s", "[[lower, higher]]") for span in spans)
     return Preparation(
-        crop=_rising(table, "crop", "in s", wanted="instants", first="earlier instant", written="[first, last]"),
-        mask=_mask(table),
+        crop=table.interval("crop", "in s"),
+        mask=tuple(span for span in masks if span is not None),
         lowpass=table.number("lowpass", unit="Hz", positive=True),
         decimate=decimate,
         resample=resample,
-        detrend=_detrend(table),
+        detrend=table.strings("detrend", CHANNELS, TRENDS),
     )
-
-
-def _mask(table: Table) -> tuple[tuple[float, float], ...]:
-    """Read `mask = [[first, last], ...]`, s."""
-    spans, written = table.values.get("mask", []), "[[first, last]]"
-    if not isinstance(spans, list) or any(not isinstance(span, list) for span in spans):
-        raise ExperimentError(f"mask in {table.where} is {shown(spans)}: expected a list of stretches in s; write mask = {written}")
-    each = (Table(values={"mask": span}, where=table.where) for span in spans)
-    found = (_rising(one, "mask", "in s", wanted="instants", first="earlier instant", written=written) for one in each)
-    return tuple(span for span in found if span is not None)
-
-
-def _missing(table: Table) -> tuple[float, ...]:
-    """Read `missing`, a number or a list of them."""
-    value = table.values.get("missing", [])
-    return tuple(finite(each, f"missing in {table.where}") for each in (value if isinstance(value, list) else [value]))
-
-
-def _detrend(table: Table) -> dict[str, str]:
-    """Read `detrend = { channel = "linear" }`."""
-    trends = table.table("detrend", f"detrend of {table.where}")
-    trends.allow(*CHANNELS, noun="channel")
-    return {channel: trends.needed_string(channel, TRENDS) for channel in trends.values}
 
 
 UNDRIVEN = ("drop-test", "free-decay")
 """Kinds in which nothing drives, unless the cart's motion was measured."""
 BASES = ("sine", "measured")
 NUMBERS = {"base_amplitude": "m", "base_phase": "rad", "initial_displacement": "m", "initial_velocity": "m/s"}
-POSITIVE_NUMBERS = {"excitation_frequency": "375 rpm", "duration": "2 s", "sampling_frequency": "4 kHz"}
-"""With an example; a number without a unit is in Hz or s."""
+QUANTITIES = {"excitation_frequency": ("frequency", "375 rpm"), "duration": ("time", "2 s"), "sampling_frequency": ("frequency", "4 kHz")}
+"""Above 0; each with its dimension and an example. A number without a unit is in Hz or s."""
 CLOCK = ("time_unit", "drop_bad_time", "rebuild_time", "stretch")
 PREPARATION = ("crop", "mask", "lowpass", "decimate", "resample", "detrend")
-KEYS = (
-    "file",
-    "kind",
-    "gap",
-    "base",
-    "held_back",
-    "columns",
-    "units",
-    *CLOCK,
-    "missing",
-    *NUMBERS,
-    *POSITIVE_NUMBERS,
-    *PREPARATION,
-)
+KEYS = ("file", "kind", "gap", "base", "held_back", "columns", "units", *CLOCK, "missing", *NUMBERS, *QUANTITIES, *PREPARATION)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RecordSettings:
     """What the experiment file declares about one record.
 
     Attributes:
-        file: path inside the experiment's folder.
-        kind: one of `KINDS`.
-        gap: m.
-        base: "sine" or "measured".
-        numbers: the optional numbers of `NUMBERS` and `POSITIVE_NUMBERS`, SI, None where absent.
+        record: as declared, still without samples.
         columns: the column that holds a channel (or "time"), where it does not bear the channel's name.
         units: the unit of a channel's numbers in this file, where neither the file nor the sensor's table is to be believed.
         clock: of its time stamps.
         missing: values that stand for no reading, in the units of the file.
-        held_back: whether the record is to be predicted, not fitted.
-        preparation: of its samples.
     """
 
-    file: str
-    kind: str
-    gap: float
-    base: str
-    numbers: dict[str, float | None]
+    record: Record
     columns: dict[str, str]
     units: dict[str, str]
     clock: ClockSettings
     missing: tuple[float, ...]
-    held_back: bool
-    preparation: Preparation
 
     @property
     def where(self) -> str:
         """How messages name the record."""
-        return f"record {shown(self.file)}"
+        return f"record {shown(self.record.file)}"
 
 
 def read_record_settings(values: object, number: int) -> RecordSettings:
@@ -288,9 +203,9 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
         raise ExperimentError(f"file in {table.where} has no name before its suffix: expected a name such as 'drop.csv'; rename the file")
     kind = table.needed_string("kind", KINDS)
     base = table.string("base", BASES) or "sine"
-    numbers = {key: table.number(key, unit=unit) for key, unit in NUMBERS.items()}
-    for key, example in POSITIVE_NUMBERS.items():
-        numbers[key] = table.quantity(key, "time" if key == "duration" else "frequency", example=example, positive=True)
+    numbers: dict[str, Any] = {key: table.number(key, unit=unit) for key, unit in NUMBERS.items()}
+    for key, (dimension, example) in QUANTITIES.items():
+        numbers[key] = table.quantity(key, dimension, example=example, positive=True)
     if kind == "cart-excitation" and base == "sine" and numbers["excitation_frequency"] is None:
         table.needed_number("excitation_frequency", unit="Hz", positive=True)
     if kind in UNDRIVEN and base == "sine" and numbers["excitation_frequency"] is not None:
@@ -298,53 +213,37 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
             f"excitation_frequency in {table.where} is given for kind {shown(kind)}, in which the cart rests: expected none; remove it, or"
             " set kind = 'cart-excitation'"
         )
-    return RecordSettings(
+    columns, units, missing = table.strings("columns", (TIME, *CHANNELS)), table.strings("units", CHANNELS), values.get("missing", [])
+    for name in columns.values():
+        if list(columns.values()).count(name) > 1:
+            raise ExperimentError(f"column {shown(name)} in columns of {table.where} is named twice: expected one channel each; remove one")
+    for channel, unit in units.items():
+        if not output_of(unit):  # of a sensor, whose sensitivity is not known here
+            factor_to_si(unit, CHANNELS[channel], f"units of {table.where}")
+    record = Record(
         file=file,
         kind=kind,
         gap=table.needed_number("gap", unit="m"),
         base=base,
-        numbers=numbers,
-        columns=_columns(table),
-        units=_units(table),
-        clock=_clock(table),
-        missing=_missing(table),
+        time=np.empty(0),
         held_back=table.flag("held_back"),
         preparation=read_preparation(table),
+        **numbers,
+    )
+    return RecordSettings(
+        record=record,
+        columns=columns,
+        units=units,
+        clock=_clock(table),
+        missing=tuple(finite(each, f"missing in {table.where}") for each in (missing if isinstance(missing, list) else [missing])),
     )
 
 
 def _clock(table: Table) -> ClockSettings:
     """Read `time_unit`, `drop_bad_time`, `rebuild_time` and `stretch`."""
-    unit, stretch = table.string("time_unit"), table.values.get("stretch")
+    unit, stretch = table.string("time_unit"), table.whole("stretch", 1)
     factor_to_si(unit or "s", TIME, table.where)
-    if stretch is not None and (isinstance(stretch, bool) or not isinstance(stretch, int) or stretch < 1):
-        raise ExperimentError(f"stretch in {table.where} is {shown(stretch)}: expected a whole number from 1 on; correct it")
     drop, rebuild = table.flag("drop_bad_time"), table.flag("rebuild_time")
     if drop and rebuild:
         raise ExperimentError(f"{table.where} has both drop_bad_time and rebuild_time: expected one of the two; remove one")
     return ClockSettings(unit=unit, drop_bad=drop, rebuild=rebuild, stretch=stretch)
-
-
-def _units(table: Table) -> dict[str, str]:
-    """Read `units = { channel = "unit" }`."""
-    units = table.table("units", f"units of {table.where}")
-    found: dict[str, str] = {}
-    units.allow(*CHANNELS, noun="channel")
-    for channel in units.values:
-        found[channel] = units.needed_string(channel)
-        if not output_of(found[channel]):  # of a sensor, whose sensitivity is not known here
-            factor_to_si(found[channel], CHANNELS[channel], units.where)
-    return found
-
-
-def _columns(table: Table) -> dict[str, str]:
-    """Read `columns = { channel = "column name" }`."""
-    columns = table.table("columns", f"columns of {table.where}")
-    names: dict[str, str] = {}
-    columns.allow(TIME, *CHANNELS, noun="channel")
-    for channel in columns.values:
-        name = columns.needed_string(channel)
-        if name in names.values():
-            raise ExperimentError(f"column {shown(name)} in {columns.where} is named twice: expected one channel each; remove one")
-        names[channel] = name
-    return names

@@ -65,14 +65,9 @@ class Sine:
 
 
 def fit_sine(time: Samples, values: Samples) -> Sine | None:
-    """Find the strongest line of the periodogram and fit a sine there, its frequency included.
+    """Find the strongest line of the periodogram and fit a sine there, its frequency included, to the usable samples of a channel.
 
-    Args:
-        time: s, growing, shape (samples,).
-        values: any unit; NaN where not usable, shape (samples,).
-
-    Returns:
-        The sine; None where the channel stands still or is too short.
+    None where the channel stands still or is too short.
 
     Example:
         >>> t = np.arange(2000) / 500.0
@@ -149,12 +144,8 @@ class Impact:
 def contact_force(record: Record) -> tuple[Samples, float] | None:
     """What is felt of a contact, and the level beyond which it is one, noise being below.
 
-    Args:
-        record: with its noise.
-
-    Returns:
-        The load cell's force from its median, N; without a load cell the deceleration of a hammer beside a cart that is at rest or a sine,
-        m/s^2. None where neither was recorded.
+    It is the load cell's force from its median, N; without a load cell the deceleration of a hammer beside a cart that is at rest or a
+    sine, m/s^2. None where neither was recorded.
     """
     force, felt = record.channels.get("impact_force"), record.channels.get("hammer_acceleration")
     if force is not None:
@@ -168,15 +159,10 @@ def contact_force(record: Record) -> tuple[Samples, float] | None:
 
 
 def felt_impacts(record: Record) -> list[Impact]:
-    """Every contact that load cell or accelerometer show.
+    """Every contact that load cell or accelerometer show, in order of time.
 
-    Args:
-        record: with its noise.
-
-    Returns:
-        The contacts in order of time; a gap of fewer than `FEWEST_SAMPLES` samples does not part two of them. Impulses are over the mass,
-        m/s, where an accelerometer shows them. None where hammer and stop are not mostly apart, for then it is not known what the load cell
-        reads at rest.
+    A gap of fewer than `FEWEST_SAMPLES` samples does not part two of them. Impulses are over the mass, m/s, where an accelerometer shows
+    them. None where hammer and stop are not mostly apart, for then it is not known what the load cell reads at rest.
     """
     felt = contact_force(record)
     if felt is None:
@@ -350,10 +336,7 @@ def noise_coherence(one: Samples, other: Samples) -> tuple[float, tuple[float, f
 
     Second differences make signals small against the noise. A frequency counts as noise where the power is near that of the white noise
     which the highest differences show (`estimate_noise`). Coherence: J. S. Bendat, A. G. Piersol, Random Data, 4th ed. (2010), ch. 6.
-
-    Args:
-        one: any unit, evenly sampled, NaN where not usable.
-        other: at the same instants.
+    Both are evenly sampled, at the same instants.
 
     Returns:
         The coherence, 0 to 1, the larger of that in the noise of either; and the two shares. 0 where fewer than `FEWEST` samples without a

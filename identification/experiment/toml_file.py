@@ -68,21 +68,16 @@ def parse_toml(file: Path) -> tuple[dict[str, object], str]:
         raise ExperimentError(f"{file.name} cannot be read ({error.strerror or error}): expected a text file; check its rights") from error
     if len(content) > MAX_BYTES:
         raise ExperimentError(f"{file.name} is larger than {MAX_BYTES} bytes: expected a short TOML text; put the data into record files")
-    text = _decoded(content, file.name)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ExperimentError(f"{file.name} is not UTF-8 text (line {line}): expected UTF-8; save it in that encoding") from error
     try:
         return parse_limited(text), hashlib.sha256(content).hexdigest()
     except ValueError as error:
         place = "" if "line " in str(error) else f" (line {len(text.splitlines())} is the last)"
         raise ExperimentError(f"{file.name} is not valid TOML: {error}{place}; correct it there") from error
-
-
-def _decoded(content: bytes, name: str) -> str:
-    """Decode UTF-8, with or without a byte-order mark; on failure say in which line."""
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise ExperimentError(f"{name} is not UTF-8 text (line {line}): expected UTF-8; save it in that encoding") from error
 
 
 QUANTITY = re.compile(r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[^\d\s.+-]\S*)")
@@ -120,17 +115,10 @@ class Table:
         return value
 
     def quantity(self, key: str, dimension: str, *, example: str, bare: bool = True, positive: bool = False) -> float | None:
-        """Read an optional number with its unit, such as "5 deg"; a bare number, where that is allowed, is in SI.
+        """Read an optional number with its unit, such as "5 deg", as SI: finite and, where `positive`, above 0; None where it is absent.
 
-        Args:
-            key: its name.
-            dimension: as for `factor_to_si`.
-            example: a value as it should be written, for the message.
-            bare: whether a number without a unit will do.
-            positive: whether it has to be above 0.
-
-        Returns:
-            The number in SI, finite; None where the key is absent.
+        `dimension` is as for `factor_to_si`, `example` a value as it should be written, for the message. A number without a unit is in SI,
+        or refused where it may not stand `bare`.
         """
         value = self.values.get(key)
         if value is None:
@@ -163,12 +151,40 @@ class Table:
             raise ExperimentError(f"{key} is missing in {self.where}: expected {wanted}; add a line '{key} = \"…\"'")
         return value
 
+    def whole(self, key: str, least: int, most: int | None = None) -> int | None:
+        """Read an optional whole number between limits; None where the key is absent."""
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
+            wanted = f"from {least} on" if most is None else f"from {least} to {most}"
+            raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected a whole number {wanted}; correct it")
+        return value
+
+    def interval(self, key: str, unit: str, written: str = "[lower, higher]") -> tuple[float, float] | None:
+        """Read an optional list of two rising numbers; None where the key is absent. `unit` is "in N", or words in its place."""
+        if key not in self.values:
+            return None
+        value, given = self.values[key], f"{key} in {self.where}"
+        if not isinstance(value, list) or len(value) != 2:
+            raise ExperimentError(f"{given} is {shown(value)}: expected two numbers {unit}; write {key} = {written}")
+        low, high = (finite(each, given, unit=unit.removeprefix("in ")) for each in value)
+        if low >= high:
+            raise ExperimentError(f"{given} is {shown(value)}: expected the lower number first; write {key} = {written}")
+        return low, high
+
     def flag(self, key: str) -> bool:
         """Read an optional true or false (absent: False)."""
         value = self.values.get(key, False)
         if not isinstance(value, bool):
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
         return value
+
+    def strings(self, key: str, known: Iterable[str], choices: Iterable[str] | None = None) -> dict[str, str]:
+        """Read an optional table of strings, by names of `known` channels (absent: empty); `choices` as for `string`."""
+        table = self.table(key, f"{key} of {self.where}")
+        table.allow(*known, noun="channel")
+        return {channel: table.needed_string(channel, choices) for channel in table.values}
 
     def table(self, key: str, where: str) -> "Table":
         """Enter a table below this one (absent: empty); `where` is how messages name it."""

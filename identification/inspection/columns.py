@@ -4,6 +4,7 @@ import re
 import unicodedata
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ from jaxtyping import Float64
 
 from identification.experiment.channels import (
     CHANNELS,
-    FACTORS,
     STAND_INS,
     TIME,
     factor_to_si,
@@ -19,16 +19,18 @@ from identification.experiment.channels import (
     is_unit,
     mistaken_unit,
     output_of,
-    same_unit,
     si_unit,
+    unit_among,
     unit_text,
 )
-from identification.experiment.clock import ClockSettings, all_repeat, chosen_stretch, clocked, longest_stretch, rebuilt, steps_back
+from identification.experiment.clock import ClockSettings, all_repeat, check_time, longest_stretch, steps_back, timed
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.load_record import angle_of
+from identification.experiment.noise import estimate_noise
 from identification.experiment.readers import Lost, read_columns
 from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
+from identification.experiment.samples import Saturation, find_saturation
 from identification.experiment.signals import ONE_BODY, motion_ratio
 
 SLOW_STEP = 0.05
@@ -54,6 +56,22 @@ class Column:
     unit: str
     in_file: bool
     values: Float64[np.ndarray, " samples"]
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Smallest and largest value; NaN where none is usable."""
+        usable = self.values[np.isfinite(self.values)]
+        return (float(usable.min()), float(usable.max())) if usable.size else (np.nan, np.nan)
+
+    @cached_property
+    def noise(self) -> float | None:
+        """Standard deviation, estimated as for a fit; None where it cannot be estimated."""
+        return estimate_noise(self.values)
+
+    @cached_property
+    def saturation(self) -> tuple[Saturation, ...]:
+        """Levels at which it is cut off."""
+        return find_saturation(self.values)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,20 +108,29 @@ class FileColumns:
         """Seconds per unit of the time stamps."""
         return factor_to_si(self.time_unit, TIME, self.file)
 
-    @property
+    @cached_property
     def seconds(self) -> Float64[np.ndarray, " samples"]:
         """Time stamps in s."""
         return self.time.values * self.time_factor
 
+    @cached_property
+    def rate(self) -> float:
+        """Samples a second, by the median step, Hz; NaN where there are fewer than two or most are repeated."""
+        steps = np.diff(self.seconds[np.isfinite(self.seconds)])
+        return 1.0 / float(np.median(steps)) if steps.size and np.median(steps) > 0.0 else np.nan
+
+    @cached_property
+    def problem(self) -> str:
+        """Why a record with these time stamps would be refused; empty where it would not."""
+        try:
+            check_time(self.seconds, "the record")
+        except ExperimentError as error:
+            return str(error)
+        return ""
+
 
 def read_file(path: Path) -> FileColumns:
     """Read a file of any known format.
-
-    Args:
-        path: an existing file.
-
-    Returns:
-        Its columns.
 
     Raises:
         ExperimentError: it cannot be read, or holds nothing beside time stamps.
@@ -131,38 +158,34 @@ def read_file(path: Path) -> FileColumns:
         )
     factor = factor_to_si(unit, TIME, path.name)
     notices += tuple(one.sentence(written * factor if time.name else None) for one in lost if one.column not in unusable)
-    columns = _with_angle(columns)
-    seconds, part, clock, said = _clocked(written * factor, columns)
+    seconds, columns, said, clock = _clocked(written * factor, _with_angle(columns))
     return FileColumns(
         file=path.name,
         time=replace(time, values=seconds / factor),
         time_unit=unit,
         time_guessed=guessed,
-        columns=tuple(replace(column, values=column.values[part]) for column in columns),
+        columns=tuple(columns),
         unusable=unusable,
         notices=(*notices, *said),
         clock=clock,
     )
 
 
-def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, slice, ClockSettings, tuple[str, ...]]:
-    """Time, s, of the samples that are used, their place, what the record has to declare for that, and notices.
+def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, list[Column], tuple[str, ...], ClockSettings]:
+    """Time, s, and columns of the samples that are used, notices, and what the record has to declare for that.
 
     Of a clock that steps back it is the longest stretch; stamps that are repeated, and not for want of digits alone, are rebuilt evenly.
     """
-    part, clock, said = slice(None), ClockSettings(), ()
+    values, settings = {column.name: column.values for column in columns}, ClockSettings()
     if steps_back(time):
-        clock = ClockSettings(stretch=longest_stretch(time))
-        part, notice = chosen_stretch(time, clock.stretch or 1, "the record")
-        time, said = time[part], (notice,)
-    values = [column.values[part] for column in columns]
-    even, notices = clocked(time, values)
+        settings = ClockSettings(stretch=longest_stretch(time))
+    even, kept, said = timed(time, values, settings, None, "the record")
     steps = np.diff(even)
-    if (steps == 0.0).any() and not all_repeat(steps, values):
+    if (steps == 0.0).any() and not all_repeat(steps, kept.values()):
         with suppress(ExperimentError):
-            even, notice = rebuilt(time, None, "the record")
-            return even, part, replace(clock, rebuild=True), (*said, notice)
-    return even, part, clock, (*said, *notices)
+            even, kept, said = timed(time, values, replace(settings, rebuild=True), None, "the record")
+            settings = replace(settings, rebuild=True)
+    return even, [replace(column, values=kept[column.name]) for column in columns], said, settings
 
 
 ROUND, TURN = 0.05, 1e-3
@@ -240,8 +263,7 @@ def _is_count(column: Column) -> bool:
 
 def _time_unit(time: Column) -> tuple[str, str]:
     """The unit of the time stamps, and why it is a guess: without a statement s, but whole numbers count ms or us."""
-    stated = next((known for known in FACTORS[TIME] if time.unit and same_unit(time.unit, known, TIME)), None)
-    if stated is not None:
+    if (stated := unit_among(time.unit, TIME)) is not None:
         return stated, ""
     stamps = time.values[np.isfinite(time.values)]
     steps = np.diff(stamps)
@@ -289,7 +311,6 @@ class Mapped:
         column: the column.
         unit: of its numbers, known to the program: of what is measured, or of the sensor's output.
         guessed: why the unit is a guess; empty where it was stated.
-        exact: whether the column bears the channel's name.
         unknown: whether the file states a unit that is not known, or nothing at all of its only column, so that the unit here is only a
             placeholder.
     """
@@ -298,8 +319,12 @@ class Mapped:
     column: Column
     unit: str
     guessed: str
-    exact: bool
     unknown: bool = False
+
+    @property
+    def exact(self) -> bool:
+        """Whether the column bears the channel's name."""
+        return self.column.name == self.channel
 
     @property
     def factor(self) -> float:
@@ -330,6 +355,7 @@ class Mapped:
 def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
     """Guess the channels of a file: one entry for each channel that one column alone can be, in the order of `CHANNELS`."""
     exact = {column.name: column for column in columns if column.name in CHANNELS}
+    turned = any(_says(column.name, MOMENTS) for column in columns)  # a moment turns a body, whose angle is relative
     guesses: dict[str, list[Column]] = {}
     for column in columns:
         channel = None if column.name in exact else _channel(column)
@@ -337,19 +363,21 @@ def map_columns(columns: tuple[Column, ...]) -> tuple[Mapped, ...]:
             guesses.setdefault(channel, []).append(column)
     for dimension in ("displacement", "acceleration"):  # of one body alone, it is the hammer
         channel, nameless = f"hammer_{dimension}", guesses.pop(f"_{dimension}", [])
-        if dimension == "displacement" and any(_is_moment(column) for column in columns):
-            channel = "relative_displacement"  # a moment turns a body, whose angle is relative
+        if dimension == "displacement" and turned:
+            channel = "relative_displacement"
         if channel not in exact and "relative_displacement" not in (*exact, *guesses):
             guesses.setdefault(channel, nameless)
     alone = {channel: _most_moving(alike) for channel, alike in guesses.items()}
     chosen = exact | {channel: column for channel, column in alone.items() if column is not None}
-    turned = any(_is_moment(column) for column in columns)
     found = [_mapped(channel, chosen[channel], turned=turned) for channel in CHANNELS if channel in chosen]
     if not found and len(columns) == 1 and (not columns[0].unit or output_of(columns[0].unit)):  # what else would have been recorded
         only = _mapped("hammer_displacement", columns[0], turned=False)
         return (replace(only, unknown=not only.is_output),)
     large = next((one for one in found if one.guessed and one.unit == LARGE_UNIT), None)
-    return tuple(replace(one, unit=large.unit, guessed=large.guessed) if large and _alike(one, large) else one for one in found)
+    if large is None:
+        return tuple(found)
+    alike = [bool(one.guessed) and CHANNELS[one.channel] == CHANNELS[large.channel] for one in found]  # a file has one unit of length
+    return tuple(replace(one, unit=large.unit, guessed=large.guessed) if same else one for one, same in zip(found, alike, strict=True))
 
 
 def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
@@ -366,20 +394,10 @@ def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
     return tuple(by_name.values())
 
 
-def is_angle(one: Mapped) -> bool:
-    """Whether a channel is an angle, written in rad or deg."""
-    return one.unit in ANGULAR
-
-
-def _is_moment(column: Column) -> bool:
-    """Whether a column's name says that it is a moment."""
-    return any(word in _plain(column.name) for word in MOMENTS)
-
-
 def _most_moving(alike: list[Column]) -> Column | None:
     """The one column that can be a channel; of a marker's three coordinates that in which it moves most. None where several can be."""
-    markers = {found.group(1) for column in alike if (found := AXIS.match(_plain(column.name)))}
-    if len(alike) > 1 and len(markers) == 1 and all(AXIS.match(_plain(column.name)) for column in alike):
+    markers = [found.group(1) for column in alike if (found := AXIS.match(_plain(column.name)))]
+    if len(alike) == len(markers) > 1 and len(set(markers)) == 1:
         return max(alike, key=lambda column: float(np.nanstd(column.values)) if np.isfinite(column.values).any() else 0.0)
     return alike[0] if len(alike) == 1 else None
 
@@ -391,52 +409,49 @@ def _plain(name: str) -> str:
     return bare.partition("[")[0].partition("(")[0].strip(" _-")
 
 
-def _alike(one: Mapped, other: Mapped) -> bool:
-    """Whether nothing states the unit of one of two channels of a dimension: a file is written in one unit of length."""
-    return bool(one.guessed) and CHANNELS[one.channel] == CHANNELS[other.channel]
+def _says(name: str, words: tuple[str, ...]) -> bool:
+    """Whether a column's name holds one of some words."""
+    return any(word in _plain(name) for word in words)
+
+
+def _first_said(name: str, table: dict[str, tuple[str, ...]]) -> str | None:
+    """The first entry of a table of which a column's name holds a word."""
+    return next((entry for entry, words in table.items() if _says(name, words)), None)
 
 
 def _channel(column: Column) -> str | None:
     """The channel that a column seems to be; its dimension alone, with "_" before it, where its body is not stated; else None."""
-    bare = _plain(column.name)
+    name, bare = column.name, _plain(column.name)
     symbol = bare.removesuffix(_plain(column.unit)).rstrip(" _-/,") if column.unit else bare
-    if bare in SYMBOLS or (symbol in SYMBOLS and _known(column.unit, CHANNELS[SYMBOLS[symbol]])):
+    if bare in SYMBOLS or (symbol in SYMBOLS and unit_among(column.unit, CHANNELS[SYMBOLS[symbol]])):
         return SYMBOLS[symbol]
-    if column.unit in ANGULAR or any(word in bare for word in ANGLES):
+    if column.unit in ANGULAR or _says(name, ANGLES):
         return "relative_displacement"
-    known = [dimension for dimension in WORDS if column.unit not in STAND_INS and _known(column.unit, dimension)]
-    dimension = known[0] if known else next((one for one, words in WORDS.items() if any(word in bare for word in words)), None)
+    known = [dimension for dimension in WORDS if column.unit not in STAND_INS and unit_among(column.unit, dimension)]
+    dimension = known[0] if known else _first_said(name, WORDS)
     if dimension == "force":
-        return next((channel for channel, words in FORCES.items() if any(word in bare for word in words)), "impact_force")
+        return _first_said(name, FORCES) or "impact_force"
     if dimension is None:
         return None
-    body = next((one for one, words in BODIES.items() if any(word in bare for word in words)), "")
+    body = _first_said(name, BODIES) or ""
     channel = f"{body}_{dimension}"
     return channel if not body or channel in CHANNELS else None
 
 
-def _known(unit: str, dimension: str) -> bool:
-    """Whether a text is a unit of a dimension."""
-    return bool(unit) and any(same_unit(unit, known, dimension) for known in FACTORS[dimension])
-
-
 def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
     """Add the unit: that of the file if it is known, else a guess; `turned` where a moment beside it says that it is an angle."""
-    dimension, guessed = CHANNELS[channel], ""
-    if output_of(column.unit):
-        return Mapped(channel=channel, column=column, unit=column.unit, guessed="", exact=column.name == channel)
-    unit = next((known for known in FACTORS[dimension] if column.unit and same_unit(column.unit, known, dimension)), None)
-    if unit is None:
-        unit = si_unit(channel)
-        guessed = f"{column.unit!r} is no known unit of {dimension}" if column.unit else "the file states none"
-        usable = column.values[np.isfinite(column.values)]
-        if channel == "relative_displacement" and (turned or any(word in _plain(column.name) for word in ANGLES)):
-            many = usable.size and np.ptp(usable) > TURNS
-            unit, reason = (
-                ("deg", "the numbers are large for rad") if many else ("rad", "an angle by its name" if not turned else "a moment turns it")
-            )
-            return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}", exact=False)
-        if dimension == "displacement" and usable.size and np.ptp(usable) > TOO_FAR:
-            unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
-    unknown = bool(column.unit) and bool(guessed) and not _is_moment(column)
-    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, exact=column.name == channel, unknown=unknown)
+    dimension = CHANNELS[channel]
+    unit = column.unit if output_of(column.unit) else unit_among(column.unit, dimension)
+    if unit is not None:
+        return Mapped(channel=channel, column=column, unit=unit, guessed="")
+    unit, guessed = si_unit(channel), f"{column.unit!r} is no known unit of {dimension}" if column.unit else "the file states none"
+    low, high = column.limits
+    if channel == "relative_displacement" and (turned or _says(column.name, ANGLES)):
+        unit, reason = ("rad", "a moment turns it" if turned else "an angle by its name")
+        if high - low > TURNS:
+            unit, reason = "deg", "the numbers are large for rad"
+        return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}")
+    if dimension == "displacement" and high - low > TOO_FAR:
+        unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
+    unknown = bool(column.unit) and not _says(column.name, MOMENTS)
+    return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, unknown=unknown)

@@ -1,65 +1,79 @@
-"""Raw layouts of recordings made by others: one function each, from a file of the data set to columns."""
+"""Raw layouts of recordings made by others: one function each, from a file of the data set to columns.
 
+A raw reader knows the layout of one data set and nothing else: it returns columns under names and in units of its choice, which the
+recipe's `experiment.toml` then declares.
+
+To add one: write a function of the type `RawReader`, which ends with `_part`, then list it in `RAW_READERS`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.io import loadmat
 from scipy.signal import savgol_filter
 
-from identification.recipes.base import Cut, RawReader
 from vibrojax.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """One record of a recipe: a stretch of a raw file.
+
+    Attributes:
+        file: name of the record, as in the experiment file.
+        source: raw file, relative to the data set's folder.
+        start: first instant, s, on the raw file's clock.
+        stop: last instant, s.
+        options: what else the raw reader needs to know, and `every`: one sample of so many is kept.
+    """
+
+    file: str
+    source: str
+    start: float
+    stop: float
+    options: Mapping[str, Any]
+
+
+RawReader = Callable[[Path, Cut], dict[str, np.ndarray]]
+"""From the data set's folder and a cut to columns of equal length, `time` (s, from 0) among them."""
+
+
+def _part(cut: Cut, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The part of a file's columns, on its own clock, that a cut names; its time begins at 0."""
+    time = columns["time"]
+    kept = np.flatnonzero((time >= cut.start) & (time <= cut.stop))[:: cut.options.get("every", 1)]
+    if not kept.size:
+        raise InputError(f"{cut.source} has no sample between {cut.start:g} and {cut.stop:g} s: correct start and stop of the record")
+    return {name: values[kept] for name, values in columns.items()} | {"time": time[kept] - time[kept[0]]}
+
 
 AIR_TRACK_HZ = 500.0
 MARKERS = ("a X", "b X")
-STEP_S = 2e-5
-ACCELERATION_PER_COUNT = 16.0 / 32768.0 * 9.80665
-AXIAL = 1
-"""Row of the accelerometer that points along the spring."""
-HALF_WINDOW = 50
-"""Samples on either side of the local quartics that differentiate the displacement twice: 1 ms."""
-TIME, STROKE, FORCE = 0, 1, 2
-"""Columns of a test."""
-PCB_HZ = 51_200.0
-QUIET = 900
-"""First samples, before the table hits, whose mean is what the amplifiers read at rest."""
-_PARTS = (("Time_id", "Y_id"), ("Time_vad", "Y_vad"))
-"""Fields of the file of segments: those meant to be fitted, then those meant for validation; one recording in all."""
-_SWING = "Theta1"
-"""Field of the file of one free swing."""
-SILVERBOX_HZ = 1e7 / 2**14
 
 
 def air_track(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """Two riders on an air track, seen by motion-capture cameras.
 
-    Distance of the two riders along the track, negative so that it grows while they approach.
-
-    Args:
-        folder: of the data set.
-        cut: which file, and which part of it.
-
     Returns:
-        `time`, s, and `closing`, mm; NaN where a marker was lost (the cell is empty, no number, or exactly zero).
+        `closing`, mm, the distance of the two riders along the track, negative so that it grows while they approach; NaN where a marker was
+        lost (the cell is empty, no number, or exactly zero).
 
     Raises:
         InputError: the file is no table of the two riders' markers.
     """
-    lines = (folder / cut.source).read_text(encoding="latin-1").splitlines()
-    header = next((row for row, line in enumerate(lines) if set(MARKERS) <= set(_cells(line))), None)
+    rows = [[cell.strip() for cell in line.split("\t")] for line in (folder / cut.source).read_text(encoding="latin-1").splitlines()]
+    header = next((row for row, cells in enumerate(rows) if set(MARKERS) <= set(cells)), None)
     if header is None:
         raise InputError(f"{cut.source} has no line with the columns {', '.join(MARKERS)}: expected a table of the two riders' markers")
-    places = [_cells(lines[header]).index(marker) for marker in MARKERS]
-    table = np.array([[_number(cells, place) for place in places] for cells in map(_cells, lines[header + 1 :])])
-    time = np.arange(len(table)) / AIR_TRACK_HZ
-    kept = (time >= cut.start) & (time <= cut.stop)
-    return {"time": time[kept] - cut.start, "closing": -np.abs(table[kept, 0] - table[kept, 1])}
+    places = [rows[header].index(marker) for marker in MARKERS]
+    first, second = np.array([[_coordinate(cells, place) for place in places] for cells in rows[header + 1 :]]).T
+    return _part(cut, {"time": np.arange(len(first)) / AIR_TRACK_HZ, "closing": -np.abs(first - second)})
 
 
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in line.split("\t")]
-
-
-def _number(cells: list[str], place: int) -> float:
+def _coordinate(cells: list[str], place: int) -> float:
     """A coordinate; NaN where the cameras lost the marker."""
     try:
         return float(cells[place]) or np.nan
@@ -67,21 +81,23 @@ def _number(cells: list[str], place: int) -> float:
         return np.nan
 
 
+STEP_S = 2e-5
+ACCELERATION_PER_COUNT = 16.0 / 32768.0 * 9.80665
+AXIAL = 1
+"""Row of the accelerometer that points along the spring."""
+HALF_WINDOW = 50
+"""Samples on either side of the local quartics that differentiate the displacement twice: 1 ms."""
+
+
 def cyberdiver(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """A two-mass impactor with a programmed spring between its nose and its body.
 
-    Compression of the spring, acceleration of the body as its accelerometer reads it, and that of the nose.
-
     In free fall, before the nose meets the water, spring and accelerometer read zero; what they do read there, on average over the
     option `rest` (s, s), is taken off. The nose has no accelerometer: its acceleration is the body's less the second derivative of
-    the compression. An accelerometer feels no gravity, so neither does a model that it drives.
-
-    Args:
-        folder: of the data set.
-        cut: which file and part; options `run` (name of the run), `rest` (two instants, s) and `every` (samples kept: every how many).
+    the compression. An accelerometer feels no gravity, so neither does a model that it drives. Option `run`: name of the run.
 
     Returns:
-        `time`, s; `compression`, mm; `body` and `nose`, m/s^2.
+        `compression` of the spring, mm; accelerations `body`, as its accelerometer reads it, and `nose`, m/s^2.
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
         compression = 1e-3 * archive[f"{cut.options['run']}/pos_um"].astype(float)
@@ -92,153 +108,95 @@ def cyberdiver(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     rest = (time >= first) & (time <= last)
     compression, body = compression - compression[rest].mean(), body - body[rest].mean()
     curvature = 1e-3 * savgol_filter(compression, 2 * HALF_WINDOW + 1, 4, deriv=2, delta=STEP_S)
-    kept = np.flatnonzero((time >= cut.start) & (time <= cut.stop))[:: cut.options["every"]]
-    return {
-        "time": time[kept] - time[kept[0]],
-        "compression": compression[kept],
-        "body": body[kept],
-        "nose": (body - curvature)[kept],
-    }
+    return _part(cut, {"time": time, "compression": compression, "body": body, "nose": body - curvature})
 
 
 def free_swing(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """The arm of a rotary inverted pendulum swinging freely, with a magnetic encoder.
 
-    Angle from the encoder's zero.
-
     The first line of a file names the numbers of the second: angle of the trigger, sampling rate, duration. One angle a line follows.
 
-    Args:
-        folder: of the data set.
-        cut: which file and part, from the file's first sample.
-
     Returns:
-        `time`, s, and `angle`, degrees.
+        `angle` from the encoder's zero, degrees.
     """
     _, rate, _ = np.loadtxt(folder / cut.source, delimiter=",", skiprows=1, max_rows=1)
     angle = np.loadtxt(folder / cut.source, skiprows=2)
-    time = np.arange(len(angle)) / rate
-    kept = (time >= cut.start) & (time <= cut.stop)
-    return {"time": time[kept] - time[kept][0], "angle": angle[kept]}
+    return _part(cut, {"time": np.arange(len(angle)) / rate, "angle": angle})
 
 
 def friction_backlash(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
-    """A friction damper that a testing machine moves to and fro.
-
-    Stroke and force of one test.
-
-    Args:
-        folder: of the data set.
-        cut: which file and part; options `test` (name of the test) and `every` (samples kept: every how many).
+    """A friction damper that a testing machine moves to and fro; option `test`: name of the test.
 
     Returns:
-        `time`, s; `stroke`, in; `force`, kip, positive while it resists a motion towards positive stroke.
+        `stroke`, in; `force`, kip, positive while it resists a motion towards positive stroke.
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
-        table = archive[cut.options["test"]].astype(float)
-    kept = np.flatnonzero((table[:, TIME] >= cut.start) & (table[:, TIME] <= cut.stop))[:: cut.options["every"]]
-    return {"time": table[kept, TIME] - table[kept[0], TIME], "stroke": table[kept, STROKE], "force": table[kept, FORCE]}
+        time, stroke, force = archive[cut.options["test"]].astype(float).T[:3]
+    return _part(cut, {"time": time, "stroke": stroke, "force": force})
+
+
+PCB_HZ = 51_200.0
+QUIET = 900
+"""First samples, before the table hits, whose mean is what the amplifiers read at rest."""
 
 
 def pcb_shock(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
-    """A printed circuit board on a drop table: accelerations of table and board.
-
-    Accelerations around one hit, each less its mean before it.
-
-    Args:
-        folder: of the data set.
-        cut: which file and part; option `test` (name of the test).
+    """A printed circuit board on a drop table; option `test`: name of the test.
 
     Returns:
-        `time`, s; `table` and `board`, m/s^2.
+        Accelerations `table` and `board` around one hit, m/s^2, each less its mean before it.
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
         both = archive[cut.options["test"]].astype(float)
     both -= both[:QUIET].mean(axis=0)
-    time = np.arange(len(both)) / PCB_HZ
-    kept = (time >= cut.start) & (time <= cut.stop)
-    return {"time": time[kept] - time[kept][0], "table": both[kept, 0], "board": both[kept, 1]}
+    return _part(cut, {"time": np.arange(len(both)) / PCB_HZ, "table": both[:, 0], "board": both[:, 1]})
 
 
 def pendulum(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """A pendulum arm on its bearing, with an encoder.
 
-    Angle from hanging.
-
-    Args:
-        folder: of the data set.
-        cut: which file and part, on the file's own clock; option `every` (samples kept: every how many).
+    A file holds one free swing, as the recorder's structure `Theta1`, or segments that follow each other, those meant to be fitted, then
+    those meant for validation; the second row of these, the angular rate, is derived and not used.
 
     Returns:
-        `time`, s, and `angle`, rad.
+        `angle` from hanging, rad.
     """
     archive = loadmat(folder / cut.source)
-    time, angle = _swing(archive) if _SWING in archive else _segments(archive)
-    kept = np.flatnonzero((time >= cut.start) & (time <= cut.stop))[:: cut.options["every"]]
-    return {"time": time[kept] - time[kept[0]], "angle": angle[kept] - np.pi}
+    if "Theta1" in archive:
+        swing = archive["Theta1"][0, 0]
+        time, angle = swing["time"].ravel(), swing["signals"][0, 0]["values"].ravel()
+    else:
+        time = np.concatenate([each[0].ravel() for name in ("Time_id", "Time_vad") for each in archive[name]])
+        angle = np.concatenate([each[0][0] for name in ("Y_id", "Y_vad") for each in archive[name]])
+    return _part(cut, {"time": time.astype(float), "angle": angle.astype(float) - np.pi})
 
 
-def _segments(archive: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Time and angle of all segments, which follow each other; the second row, angular rate, is derived and not used."""
-    times = [each[0].ravel() for clock, _ in _PARTS for each in archive[clock]]
-    angles = [each[0][0] for _, values in _PARTS for each in archive[values]]
-    return np.concatenate(times).astype(float), np.concatenate(angles).astype(float)
-
-
-def _swing(archive: dict) -> tuple[np.ndarray, np.ndarray]:
-    """Time and angle as the recorder's structure holds them."""
-    record = archive[_SWING][0, 0]
-    values = record["signals"][0, 0]["values"]
-    return record["time"].ravel().astype(float), values.ravel().astype(float)
+SILVERBOX_HZ = 1e7 / 2**14
 
 
 def silverbox(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """An electronic circuit that behaves as a mass on a spring.
 
-    Input and output voltage, each less its mean over the whole file, as the authors advise.
-
-    Args:
-        folder: of the data set.
-        cut: which file, and which part of it.
-
     Returns:
-        `time`, s; `input` and `output`, V.
+        `input` and `output`, V, each less its mean over the whole file, as the authors advise.
     """
     archive = loadmat(folder / cut.source, variable_names=["V1", "V2"])
     drive, response = (archive[name].ravel().astype(float) for name in ("V1", "V2"))
     time = np.arange(len(drive)) / SILVERBOX_HZ
-    kept = (time >= cut.start) & (time <= cut.stop)
-    return {
-        "time": time[kept] - time[kept][0],
-        "input": (drive - drive.mean())[kept],
-        "output": (response - response.mean())[kept],
-    }
+    return _part(cut, {"time": time, "input": drive - drive.mean(), "output": response - response.mean()})
 
 
 def table(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
-    """A comma-separated table with a header, one column a channel.
-
-    Columns under the names of the header, in the units of the file.
-
-    Args:
-        folder: of the data set.
-        cut: which file and part, on the file's own clock.
-
-    Returns:
-        `time`, s, and every other column.
+    """A comma-separated table with a header, one column a channel: under the names of the header, in the units of the file.
 
     Raises:
-        InputError: there is no column `time`, or no sample in that part.
+        InputError: there is no column `time`.
     """
-    table = np.genfromtxt(folder / cut.source, delimiter=",", names=True, deletechars="", replace_space=" ")
-    names = table.dtype.names or ()
+    columns = np.genfromtxt(folder / cut.source, delimiter=",", names=True, deletechars="", replace_space=" ")
+    names = columns.dtype.names or ()
     if "time" not in names:
         raise InputError(f"{cut.source} has the columns {', '.join(names)}: expected one of the name time, in s")
-    kept = (table["time"] >= cut.start) & (table["time"] <= cut.stop)
-    if not kept.any():
-        raise InputError(f"{cut.source} has no sample between {cut.start:g} and {cut.stop:g} s: correct start and stop of the record")
-    columns = {name: table[name][kept] for name in names}
-    return columns | {"time": columns["time"] - columns["time"][0]}
+    return _part(cut, {name: columns[name] for name in names})
 
 
 RAW_READERS: dict[str, RawReader] = {

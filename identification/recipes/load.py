@@ -1,9 +1,14 @@
-"""Recipes by name, their recordings checked by digest, and the experiment that is made of them."""
+"""Recipes by name, their recordings checked by digest, and the experiment that is made of them.
+
+A recipe is a folder `data/recipes/NAME` with an `experiment.toml` as any experiment has and a `recipe.toml` that says where the recordings
+come from and which part of which raw file becomes which record. The recordings themselves never come with the project.
+"""
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +17,7 @@ import numpy as np
 from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.limits import sha256_of
 from identification.experiment.toml_file import FILE_NAME, Table, parse_toml
-from identification.recipes import RAW_READERS
-from identification.recipes.base import Cut, Recipe
+from identification.recipes.layouts import RAW_READERS, Cut
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
@@ -22,19 +26,46 @@ RECIPE_FILE = "recipe.toml"
 TEXTS = ("title", "origin", "licence", "citation", "obtain", "expect", "reader", "data_folder")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """A checked `recipe.toml`.
+
+    Attributes:
+        name: of the recipe.
+        folder: with `recipe.toml` and `experiment.toml`.
+        title: one line on the rig.
+        origin: address of the recordings.
+        licence: of the recordings.
+        citation: of whoever made them.
+        obtain: how to come by the files, in a sentence or two.
+        expect: what the nominal model explains and what it does not, in a sentence.
+        reader: name of the raw reader.
+        data_folder: usual name of the data set's folder.
+        sha256: digest of every raw file that is needed, by its path in the data set's folder.
+        cuts: the records.
+    """
+
+    name: str
+    folder: Path
+    title: str
+    origin: str
+    licence: str
+    citation: str
+    obtain: str
+    expect: str
+    reader: str
+    data_folder: str
+    sha256: Mapping[str, str]
+    cuts: tuple[Cut, ...]
+
+
 def recipe_names() -> tuple[str, ...]:
     """Names of all recipes that come with the project, sorted."""
     return tuple(sorted(file.parent.name for file in data_path("recipes").glob(f"*/{RECIPE_FILE}")))
 
 
 def load_recipe(name: str) -> Recipe:
-    """Read a recipe.
-
-    Args:
-        name: of its folder below `data/recipes`.
-
-    Returns:
-        The recipe.
+    """Read the recipe of a name, that of its folder below `data/recipes`.
 
     Raises:
         InputError: there is none of that name; the message lists those there are.
@@ -47,8 +78,7 @@ def load_recipe(name: str) -> Recipe:
     names = recipe_names()
     if name not in names:
         raise InputError(f"unknown recipe {shown(name)}: expected one of {listed(names)}")
-    folder = data_path("recipes", name)
-    return read_recipe(folder)
+    return read_recipe(data_path("recipes", name))
 
 
 def read_recipe(folder: Path) -> Recipe:
@@ -135,17 +165,9 @@ def _state(file: Path, wanted: str) -> str:
 
 @contextmanager
 def recipe_experiment(recipe: Recipe, data: Path) -> Iterator[Path]:
-    """Lend an experiment folder made from the recordings; it is gone when the block ends.
+    """Lend an experiment folder made from the recordings, `experiment.toml` and one file per record; it is gone when the block ends.
 
-    Args:
-        recipe: as loaded.
-        data: folder of the data set, or the folder above it.
-
-    Yields:
-        A folder with `experiment.toml` and one file per record.
-
-    Raises:
-        InputError: a raw file is missing, cannot be read, or is another than the recipe was written for.
+    Arguments and errors as for `find_recordings`.
     """
     source = find_recordings(recipe, data)
     with tempfile.TemporaryDirectory(prefix=f"{recipe.name}-") as name:

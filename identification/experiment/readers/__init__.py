@@ -18,13 +18,13 @@ from identification.experiment.readers.base import without as without
 # isort: off
 # In the order of messages.
 from identification.experiment.readers.delimited import DelimitedReader as DelimitedReader
-from identification.experiment.readers.excel import ExcelReader as ExcelReader
-from identification.experiment.readers.hdf5 import Hdf5Reader as Hdf5Reader
-from identification.experiment.readers.mat import MatReader as MatReader
-from identification.experiment.readers.npz import NpzReader as NpzReader
-from identification.experiment.readers.tdms import TdmsReader as TdmsReader
-from identification.experiment.readers.uff import UffReader as UffReader
-from identification.experiment.readers.mdf4 import Mdf4Reader as Mdf4Reader
+from identification.experiment.readers.delimited import ExcelReader as ExcelReader
+from identification.experiment.readers.arrays import Hdf5Reader as Hdf5Reader
+from identification.experiment.readers.arrays import MatReader as MatReader
+from identification.experiment.readers.arrays import NpzReader as NpzReader
+from identification.experiment.readers.recorder import TdmsReader as TdmsReader
+from identification.experiment.readers.recorder import UffReader as UffReader
+from identification.experiment.readers.recorder import Mdf4Reader as Mdf4Reader
 # isort: on
 
 READERS: tuple[AbstractReader, ...] = tuple(

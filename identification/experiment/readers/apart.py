@@ -142,12 +142,9 @@ APART = ReadingProcess()
 
 
 def serve(line: int, reader_of: Callable[[str], tuple[AbstractReader, str]], read: Read) -> None:
-    """Answer requests until the other side closes the line.
+    """Answer requests until the other side closes the line, the number of an open socket.
 
-    Args:
-        line: number of an open socket; every request is a line of JSON and comes with a pipe to write to.
-        reader_of: finds the reader of a file.
-        read: reads the wanted columns of a file in this process.
+    Every request is a line of JSON and comes with a pipe to write to. `read` reads the wanted columns of a file in this process.
     """
     _end_with_parent()
     with socket.socket(fileno=line) as asked:
@@ -158,7 +155,9 @@ def serve(line: int, reader_of: Callable[[str], tuple[AbstractReader, str]], rea
             if not text or not pipes:
                 return
             request = json.loads(text)
-            _load_library(reader_of(request["file"])[0].library)
+            if library := reader_of(request["file"])[0].library:
+                with silenced(), contextlib.suppress(ImportError):  # the reader says so
+                    importlib.import_module(library)  # here, so that it is loaded once
             child = os.fork()
             if child == 0:
                 asked.close()
@@ -166,16 +165,6 @@ def serve(line: int, reader_of: Callable[[str], tuple[AbstractReader, str]], rea
             os.close(pipes[0])
             _, status = os.waitpid(child, 0)
             asked.sendall(f"{os.waitstatus_to_exitcode(status):{LENGTH}d}".encode())
-
-
-def _load_library(library: str | None) -> None:
-    """Here, so that it is loaded once; where it is not installed the reader says so."""
-    if library is not None:
-        try:
-            with silenced(library):
-                importlib.import_module(library)
-        except ImportError:
-            pass
 
 
 def _answer(request: dict[str, Any], pipe: int, read: Read) -> NoReturn:
@@ -219,7 +208,5 @@ def _has_memory_error(error: BaseException | None) -> bool:
 
 def _end_with_parent() -> None:
     """Where the system can: whoever ends the program leaves no process behind."""
-    try:
+    with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-    except (OSError, AttributeError):
-        pass

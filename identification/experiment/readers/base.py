@@ -82,8 +82,8 @@ class AbstractReader(ABC):
     format: ClassVar[str]
     apart: ClassVar[bool] = False
     """Whether a file is read in a process of its own, with limits on memory and time."""
-    library: ClassVar[str | None] = None
-    """Module that is loaded only when such a file is read."""
+    library: ClassVar[str] = ""
+    """Module that is loaded only when such a file is read, if there is one."""
 
     @abstractmethod
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
@@ -141,17 +141,10 @@ def without(columns: Columns, name: str, marks: Iterable[float], why: str) -> tu
 
 
 def as_column(array: Shaped[np.ndarray, "..."], name: str) -> Float64[np.ndarray, " samples"]:
-    """Turn an array of a binary file into a column.
-
-    Args:
-        array: one-dimensional, or with one dimension longer than 1, of integers or real numbers.
-        name: the column's name, for messages.
-
-    Returns:
-        The numbers, float64, shape (samples,), freshly allocated.
+    """Turn an array of a binary file into a column of its own, float64; `name` is for messages.
 
     Raises:
-        ExperimentError: too many samples, another shape, or no real numbers.
+        ExperimentError: too many samples, more than one dimension longer than 1, or no real numbers.
     """
     check_shape(array.shape, name)
     check_numeric(array.dtype, name)

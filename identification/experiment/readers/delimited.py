@@ -1,8 +1,10 @@
-"""Delimited text, plain or gzip-compressed, as recorders and spreadsheets write it."""
+"""Tables of text: delimited, plain or gzip-compressed, as recorders and spreadsheets write it; and workbooks, read as such text."""
 
+import datetime
 from array import array
 from collections.abc import Set as AbstractSet
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
@@ -11,9 +13,10 @@ from identification.experiment.channels import TIME, is_time
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import check_samples
 from identification.experiment.readers.base import AbstractReader, Columns
-from identification.experiment.readers.labview import common_time, find_labview
+from identification.experiment.readers.labview import find_labview
 from identification.experiment.readers.layout import BLANKS, Layout, find_layout, skipped, split
-from identification.experiment.readers.text import is_clock, read_lines, seconds_of, to_number
+from identification.experiment.readers.recorder import common_axis, load_library
+from identification.experiment.readers.text import DECIMALS, is_clock, is_number, read_lines, seconds_of, to_number
 
 
 class DelimitedReader(AbstractReader):
@@ -29,7 +32,6 @@ class DelimitedReader(AbstractReader):
     format = "delimited text"
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
-        """Read the wanted columns; arguments, result and errors as for every reader."""
         lines, notice = read_lines(path)
         return read_text(lines, wanted, notice)
 
@@ -52,8 +54,8 @@ def read_text(lines: list[str], wanted: AbstractSet[str], notice: str = "") -> C
     values = _fast(lines[layout.first :], layout, asked)
     if values is None:
         values = parse_cells(lines, layout, asked)
-    if joined := common_time(values, layout.own_times):
-        values[joined[0]] = joined[1]
+    if own := {name: values[time] for name, time in layout.own_times.items() if name in values and time in values}:
+        values[next(iter(layout.own_times.values()))] = common_axis(own.items())
     stamped = [name for name in blank if np.isfinite(values[name]).any()]
     units = {name: unit for name, unit in layout.units.items() if name in wanted}
     if rate is not None and not stamped and TIME not in names:
@@ -130,3 +132,43 @@ def _number(cell: str, layout: Layout, line: int, name: str) -> float:
         example = "1.5e-3".replace(".", layout.decimal)
         raise ExperimentError(f"line {line}, column {shown(name)}: {shown(cell)} is not a number: expected one such as {example}; {remedy}")
     return value
+
+
+class ExcelReader(AbstractReader):
+    """Reads columns of numbers below a header row, as `DelimitedReader` does: units, lines above and below, and times of day are the same.
+
+    Of several sheets the one with the most numbers counts.
+    """
+
+    suffixes = (".xlsx", ".xls", ".ods")
+    format = "workbook"
+    apart = True
+    library = "python_calamine"
+
+    def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
+        library = load_library(self.library, self.format)
+        with library.CalamineWorkbook.from_path(str(path)) as book:
+            sheets = {name: book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names}
+        numbers = {name: sum(_is_number(cell) for row in rows for cell in row) for name, rows in sheets.items()}
+        most = max(numbers, key=lambda name: numbers[name], default=None)
+        if most is None or not numbers[most]:
+            raise ExperimentError("the workbook holds no number: expected a sheet with a header row and samples below it; export it again")
+        filled = [name for name, count in numbers.items() if count]
+        notice = f"Of {len(filled)} sheets with numbers, {shown(most)} is read, which has the most." if len(filled) > 1 else ""
+        return read_text(["\t".join(map(_text, row)) for row in sheets[most]], wanted, notice)
+
+
+def _is_number(cell: Any) -> bool:
+    """Whether a cell holds a number, or a text that is one."""
+    if isinstance(cell, str):
+        return any(is_number(cell.strip(), mark) for mark in DECIMALS)
+    return isinstance(cell, int | float) and not isinstance(cell, bool)
+
+
+def _text(cell: Any) -> str:
+    """A cell as text, numbers with all digits."""
+    if isinstance(cell, float):
+        return repr(cell)
+    if isinstance(cell, datetime.datetime | datetime.time):
+        return cell.isoformat(timespec="microseconds")
+    return " ".join(str(cell).split())

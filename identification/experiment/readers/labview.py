@@ -3,13 +3,9 @@
 import re
 from collections.abc import Sequence
 
-import numpy as np
-from jaxtyping import Float64
-
 from identification.experiment.channels import TIME
-from identification.experiment.errors import ExperimentError, shown
+from identification.experiment.errors import ExperimentError
 from identification.experiment.readers.layout import EMPTY, SAMPLED_ROWS, Layout, skipped, split
-from identification.experiment.readers.recorder import axis, same_axis
 from identification.experiment.readers.text import DECIMALS, is_number, read_preamble
 
 FILE_BEGIN, HEADER_END = "LabVIEW Measurement", "***End_of_Header***"
@@ -52,30 +48,6 @@ def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
     return layout, lines[: header + 1] + body
 
 
-def common_time(
-    values: dict[str, Float64[np.ndarray, " samples"]], own_times: dict[str, str]
-) -> tuple[str, Float64[np.ndarray, " samples"]] | None:
-    """Make one column of time, s, of those that channels have of their own: its name and stamps.
-
-    Where one column has an empty cell, the stamp of another one counts; columns that differ by more than rounding are refused. `own_times`
-    has the name of the column of time, by channel. None where no channel was read together with its time.
-    """
-    read = {channel: values[column] for channel, column in own_times.items() if channel in values and column in values}
-    if not read:
-        return None
-    first, *others = read
-    time = read[first]
-    for other in others:
-        another = read[other]
-        if not same_axis(read[first], another):
-            raise ExperimentError(
-                f"channels {shown(first)} ({_axis(read[first])}) and {shown(other)} ({_axis(another)}) have different X_Value columns: "
-                "expected one time axis for all channels of a record; resample them to one rate, or export them to files of their own"
-            )
-        time = np.where(np.isfinite(time), time, another)
-    return next(iter(own_times.values())), time
-
-
 def _header_rows(lines: list[str]) -> list[tuple[int, str]]:
     """Index and delimiter of the header row of each segment: the first line with text below the end of a header."""
     ends = [index for index, line in enumerate(lines) if line.startswith(HEADER_END)]
@@ -91,15 +63,12 @@ def _segment_begin(lines: list[str], headers: Sequence[tuple[int, str]]) -> int:
     if again is not None:
         return again
     begin = second
-    while begin - 1 > first and _is_entry(lines[begin - 1], delimiter):
+    while begin - 1 > first:
+        key = split(lines[begin - 1], delimiter)[0]
+        if not key or any(is_number(key, decimal) for decimal in DECIMALS):  # as a row of samples begins
+            break
         begin -= 1
     return begin
-
-
-def _is_entry(line: str, delimiter: str) -> bool:
-    """Whether a line begins with a key, not with a number or an empty cell as a row of samples does."""
-    key = split(line, delimiter)[0]
-    return bool(key) and not any(is_number(key, decimal) for decimal in DECIMALS)
 
 
 def _decimal(rows: list[str], delimiter: str, width: int, stated: str) -> str:
@@ -146,8 +115,3 @@ def _units(cells: list[str], names: list[str], entries: dict[str, list[str]]) ->
     labels = entries.get(UNITS, ())
     found = {names[place]: labels[cell] for place, cell in zip(channels, at, strict=True) if cell < len(labels) and labels[cell]}
     return {name: "s" for name, cell in zip(names, cells, strict=True) if cell == ABSCISSA} | found
-
-
-def _axis(time: Float64[np.ndarray, " samples"]) -> str:
-    """Describe the filled part of a column of time."""
-    return axis(time[np.isfinite(time)])

@@ -6,6 +6,7 @@ import itertools
 import re
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from identification.experiment.channels import is_unit
 from identification.experiment.errors import ExperimentError, listed, shown
@@ -86,12 +87,6 @@ def find_layout(lines: list[str]) -> Layout:
     are those under which most of their cells are numbers. The header row is the text above them with as many cells, if need be behind a
     comment mark; a row that names units and stands below it is one of units. What stands higher up is the preamble of the recorder.
 
-    Args:
-        lines: the whole file.
-
-    Returns:
-        The layout.
-
     Raises:
         ExperimentError: no text, no two columns, or a header row that does not suit the samples.
     """
@@ -103,9 +98,9 @@ def find_layout(lines: list[str]) -> Layout:
         return _header_alone(lines, usable)
     delimiter, decimal, width, numeric = found
     table = _Table(lines=lines, usable=usable, delimiter=delimiter, decimal=decimal, width=width, numeric=numeric)
-    begin = table.begin()
-    names, units, above = table.header(begin)
-    header = lines[above : usable[begin]]
+    first = usable[table.begin]
+    names, units, above = table.header()
+    header = lines[above:first]
     preamble = read_preamble([line for line in (*lines[:above], *table.settings(header)) if line.strip()], delimiter)
     if not names:
         names = preamble.names_for(width) or tuple(f"column {place + 1}" for place in range(width))
@@ -117,8 +112,8 @@ def find_layout(lines: list[str]) -> Layout:
         width=width,
         columns=columns,
         units={name: unit for name, unit in stated.items() if name and unit},
-        first=usable[begin],
-        end=table.end(begin, frozenset(line for line in header if not skipped(line))),
+        first=first,
+        end=table.end(frozenset(line for line in header if not skipped(line))),
         preamble=preamble,
     )
 
@@ -190,6 +185,7 @@ class _Table:
         """Cells of a usable line."""
         return split(self.lines[self.usable[row]], self.delimiter)
 
+    @cached_property
     def begin(self) -> int:
         """First row of samples: of the first rows that are, or of a faulty one directly above, which the parser then names."""
         rows = len(self.usable)
@@ -198,16 +194,16 @@ class _Table:
             begin -= 1
         return begin
 
-    def end(self, begin: int, header: frozenset[str]) -> int | None:
+    def end(self, header: frozenset[str]) -> int | None:
         """Index of the first line that is no sample of the run: of a header that comes again, or of a footer; None without one.
 
         A footer, such as "Max", stands below samples that begin with a number or a time of day.
         """
-        again = next((index for index in self.usable[begin:] if self.lines[index] in header), None)
+        again = next((index for index in self.usable[self.begin :] if self.lines[index] in header), None)
         if again is not None:
             return again
         end = len(self.usable)
-        if self._begins_with_word(begin):
+        if self._begins_with_word(self.begin):
             return None
         while self._begins_with_word(end - 1):
             end -= 1
@@ -235,9 +231,9 @@ class _Table:
         first = min(self.numeric)
         return len(cells) == self.width and numbers[first] and 2 * sum(numbers[place] for place in self.numeric) >= len(self.numeric)
 
-    def header(self, begin: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
+    def header(self) -> tuple[tuple[str, ...], tuple[str, ...], int]:
         """Names, units, and index of the topmost line that belongs to them; no names where nothing above the samples suits them."""
-        rows, last = [], begin - 1
+        rows, last = [], self.begin - 1
         if last > 0 and self._is_mark(last):
             last -= 1
         for row in range(last, max(last - MOST_HEADER_ROWS, -1), -1):
@@ -246,21 +242,15 @@ class _Table:
                 break
             rows.append((self.usable[row], cells))
         if not rows:
-            return self._commented(begin) or self._missing(begin)
+            return self._commented() or self._missing()
         place = next((at for at, (_, cells) in enumerate(rows[:-1]) if is_row_of_units(cells)), None)
         line, names = rows[0 if place is None else place + 1]
-        if place is None and (below := self._units_in_comment(line, begin)):
-            return self._named(names, line), below, line
-        units = () if place is None else tuple("" if cell.lower() in UNIT_LISTS else bare_unit(cell) for cell in rows[place][1])
-        return self._named(names, line, numbers=place is not None), units, line
-
-    def _units_in_comment(self, line: int, begin: int) -> tuple[str, ...]:
-        """The units that a comment between the header row and the samples states; none without one."""
-        for text in self.lines[line + 1 : self.usable[begin]]:
+        for text in self.lines[line + 1 : self.usable[self.begin]] if place is None else ():  # a comment may state them
             cells = split(text.strip().lstrip(COMMENT_MARKS), self.delimiter)
             if len(cells) == self.width and is_row_of_units(cells):
-                return tuple(map(bare_unit, cells))
-        return ()
+                return self._named(names, line), tuple(map(bare_unit, cells)), line
+        units = () if place is None else tuple("" if cell.lower() in UNIT_LISTS else bare_unit(cell) for cell in rows[place][1])
+        return self._named(names, line, numbers=place is not None), units, line
 
     def _is_mark(self, row: int) -> bool:
         """Whether a row is one word on the samples below it, such as "trace_values", and the row above it is no row of units or numbers."""
@@ -271,10 +261,10 @@ class _Table:
             row > 1 and len(self.cells(row - 2)) > 1 or not is_row_of_units(above)
         )
 
-    @property
+    @cached_property
     def _filled(self) -> int:
         """Number of columns up to the last one that holds anything in the first row of samples."""
-        return 1 + max((place for place, cell in enumerate(self.cells(self.begin())) if cell), default=max(self.numeric))
+        return 1 + max((place for place, cell in enumerate(self.cells(self.begin)) if cell), default=max(self.numeric))
 
     def settings(self, header: list[str]) -> list[str]:
         """What an oscilloscope writes right of its header's columns, above its value or with it, each as "key = value"."""
@@ -283,10 +273,6 @@ class _Table:
         stated = [f"{key} = {value}" for key, value in pairs if key and is_number(value, self.decimal)]
         return stated + [cell for row in beyond for cell in row if "=" in cell]
 
-    def _is_setting(self, cell: str) -> bool:
-        """Whether a cell right of the header's columns is the name or the value of a setting, or both."""
-        return cell.lower() in SETTINGS or "=" in cell or is_number(cell, self.decimal)
-
     def _fitted(self, line: str) -> list[str] | None:
         """The cells of a row above the samples, one for each column; None where it cannot be their header."""
         if self.width == 1:
@@ -294,7 +280,8 @@ class _Table:
         cells = split(line, self.delimiter)
         while len(cells) > self.width and cells[-1].lower() in ("", "comment"):
             cells = cells[:-1]
-        if (beyond := [cell for cell in cells[self._filled :] if cell]) and all(map(self._is_setting, beyond)):
+        beyond = [cell for cell in cells[self._filled :] if cell]
+        if beyond and all(cell.lower() in SETTINGS or "=" in cell or is_number(cell, self.decimal) for cell in beyond):
             cells = cells[: self._filled] + [""] * (self.width - self._filled)
         if len(cells) == self.width - 1 and self.width - 1 not in self.numeric:
             cells = [*cells, ""]
@@ -302,10 +289,10 @@ class _Table:
             cells = re.split(r"\s{2,}", line.strip())
         return cells if len(cells) == self.width and any(cells) else None
 
-    def _commented(self, begin: int) -> tuple[tuple[str, ...], tuple[str, ...], int] | None:
+    def _commented(self) -> tuple[tuple[str, ...], tuple[str, ...], int] | None:
         """The header row where it stands in the comment directly above the samples."""
         found = []
-        for index in range(self.usable[begin] - 1, -1, -1):
+        for index in range(self.usable[self.begin] - 1, -1, -1):
             bare = self.lines[index].strip().lstrip(COMMENT_MARKS)
             cells = split(bare, self.delimiter)
             if not COMMENT.match(self.lines[index].lstrip()) or len(cells) != self.width or any(is_number(c, self.decimal) for c in cells):
@@ -317,8 +304,9 @@ class _Table:
         line, names = found[1 if under else 0]
         return self._named(names, line), tuple(map(bare_unit, found[0][1])) if under else (), line
 
-    def _missing(self, begin: int) -> tuple[tuple[str, ...], tuple[str, ...], int]:
+    def _missing(self) -> tuple[tuple[str, ...], tuple[str, ...], int]:
         """No header row: a file of bare numbers, or one whose header does not suit them."""
+        begin = self.begin
         if begin > 0 and self.usable[begin - 1] == self.usable[0]:
             names = len(self.cells(begin - 1))
             if names > 1:

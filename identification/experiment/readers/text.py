@@ -33,7 +33,8 @@ def read_lines(path: Path) -> tuple[list[str], str]:
         raise ExperimentError(f"the file of {stored} bytes unfolds to more than {limit} bytes: expected less; cut or decimate the record")
     text, notice = _decoded(content)
     if found := CONTROL.search(text):
-        what = "zero bytes" if found.group() == "\0" else f"a control character, {found.group()!r}, in line {_line(text, found.start())}"
+        line = text.count("\n", 0, found.start()) + 1
+        what = "zero bytes" if found.group() == "\0" else f"a control character, {found.group()!r}, in line {line}"
         raise ExperimentError(f"the file holds {what}: expected text in UTF-8; export it as text in that encoding")
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), notice
 
@@ -48,11 +49,6 @@ def _decoded(content: bytes) -> tuple[str, str]:
             return content.decode(WESTERN), "The file is not UTF-8; it was read as Windows-1252 (Latin-1)."
         except UnicodeDecodeError:
             raise ExperimentError(f"line {line} is not UTF-8 text: expected UTF-8; save the file in that encoding") from error
-
-
-def _line(text: str, place: int) -> int:
-    """Number of the line, from 1, that holds a place."""
-    return text.count("\n", 0, place) + 1
 
 
 DECIMALS = (".", ",")
@@ -117,7 +113,7 @@ def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
         [0.0, 1.0]
     """
     found = [CLOCK.fullmatch(cell) for cell in cells]
-    whole = np.array([np.nan if one is None else 60.0 * (60.0 * _hour(one) + int(one["m"])) + int(one["s"][:2]) for one in found])
+    whole = np.array([np.nan if one is None else _second_of_day(one) for one in found])
     part = np.array([0.0 if one is None else float("0" + one["s"][2:].replace(",", ".")) for one in found])
     usable = np.flatnonzero(np.isfinite(whole))
     if usable.size:
@@ -127,9 +123,10 @@ def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
     return whole + part
 
 
-def _hour(stamp: re.Match[str]) -> int:
-    """Of a stamp of twenty-four hours, or of twelve with AM or PM."""
-    return int(stamp["h"]) if stamp["half"] is None else int(stamp["h"]) % 12 + (12 if stamp["half"] in "Pp" else 0)
+def _second_of_day(stamp: re.Match[str]) -> float:
+    """Of a stamp of twenty-four hours, or of twelve with AM or PM; whole seconds."""
+    hour = int(stamp["h"]) if stamp["half"] is None else int(stamp["h"]) % 12 + (12 if stamp["half"] in "Pp" else 0)
+    return 60.0 * (60.0 * hour + int(stamp["m"])) + int(stamp["s"][:2])
 
 
 RATES = (

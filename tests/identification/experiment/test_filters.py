@@ -60,7 +60,7 @@ def test_without_a_declaration_there_is_no_filter(tmp_path):
         ("{ order = 2, time_constant = 0.1 }", "is not one filter"),
         ("{ corner = 100.0 }", "type is missing in lowpass of .recorder.: expected one of butterworth"),
         ('{ type = "bessel", corner = 100.0 }', "unknown type 'bessel' in lowpass of .recorder."),
-        ('{ type = "butterworth", order = 9, corner = 100.0 }', "order of lowpass of .recorder. is 9: expected a whole number from 1 to 8"),
+        ('{ type = "butterworth", order = 9, corner = 100.0 }', "order in lowpass of .recorder. is 9: expected a whole number from 1 to 8"),
         ('{ type = "butterworth", corner = -1.0 }', "corner in lowpass of .recorder. is -1.0: expected a finite number above 0"),
         ('{ type = "butterworth", corner = "1 kN" }', "is a unit of force"),
         ('{ type = "butterworth", cutoff = 1.0 }', "unknown key 'cutoff'"),

@@ -60,7 +60,7 @@ def test_equal_time_columns_become_one(tmp_path):
 
 def test_unequal_time_columns_are_refused(tmp_path):
     body = [f"{0.5 * k}\t{k}.5\t{0.25 * k}\t-{k}.5" for k in range(3)]
-    message = r"'x' \(3 samples from 0 at steps of 0.5\) and 'F' \(3 .* steps of 0.25\) have different X_Value columns: .*; resample"
+    message = r"'x' \(3 samples from 0 at steps of 0.5\) and 'F' \(3 .* steps of 0.25\) are sampled differently: .*; resample"
     with pytest.raises(ExperimentError, match=message):
         read(tmp_path, head(MULTI, mark=".") + body, "time", "x", "F")
     assert read(tmp_path, head(MULTI, mark=".") + body, "time", "F").values["time"].tolist() == [0.0, 0.25, 0.5]

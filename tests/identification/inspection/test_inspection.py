@@ -13,6 +13,7 @@ from identification.experiment import ExperimentError, load_experiment
 from identification.experiment.signals import fit_sine
 from identification.experiment.toml_file import Table
 from identification.inspection import inspect_path, propose, summary, template
+from identification.inspection.inspect import time_sentence
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path
 
@@ -320,7 +321,7 @@ def test_a_channel_at_another_rate_is_marked_as_unusable(tmp_path):
     assert one.found.unusable == {
         "hammer_displacement": "512 samples on another time axis: resample it to that of the others and export again"
     }
-    assert one.time.rate == pytest.approx(RATE)
+    assert one.found.rate == pytest.approx(RATE)
 
 
 def test_time_stamps_are_counted_honestly(tmp_path):
@@ -330,12 +331,11 @@ def test_time_stamps_are_counted_honestly(tmp_path):
     time[1500] = time[1400]
     write_csv(tmp_path / "a.csv", channels("drop-test"), time)
     (one,) = inspect_path(tmp_path / "a.csv").files
-    found = one.time
-    assert (found.samples, found.repeated, found.backwards) == (2048, 1, 1)
-    assert found.gaps == 3  # the pause, and the two jumps back onto the time axis
-    assert found.longest_gap == pytest.approx(0.25 + 1 / RATE)
-    assert found.rate == pytest.approx(RATE)
-    assert "does not grow at sample 51" in found.problem
+    said = time_sentence(one.found)
+    assert said.startswith("2048 samples in ")
+    assert "; 3 gaps, the longest 0.2505 s; 1 repeated time stamp; time runs backwards 1 time" in said  # a pause, and two jumps back
+    assert one.found.rate == pytest.approx(RATE)
+    assert "does not grow at sample 51" in one.found.problem
     assert "# a.csv is left out: time of the record does not grow" in propose(inspect_path(tmp_path), tmp_path)
 
 
@@ -343,7 +343,8 @@ def test_jitter_is_that_of_the_steps(tmp_path):
     shift = RNG.normal(0.0, 1e-2 / RATE, TIME.size)
     write_csv(tmp_path / "a.csv", channels("drop-test"), TIME + shift)
     (one,) = inspect_path(tmp_path).files
-    assert one.time.jitter == pytest.approx(1e-2 * np.sqrt(2.0), rel=0.1)
+    jitter = float(re.search(r"steps vary by (\S+) %", time_sentence(one.found)).group(1))
+    assert jitter == pytest.approx(np.sqrt(2.0), rel=0.1)
 
 
 def test_missing_samples_noise_range_and_saturation(tmp_path):
@@ -351,10 +352,10 @@ def test_missing_samples_noise_range_and_saturation(tmp_path):
     force[7] = np.nan
     write_csv(tmp_path / "a.csv", channels("drop-test") | {"impact_force": force})
     (one,) = inspect_path(tmp_path).files
-    facts = next(facts for facts in one.columns if facts.column == "impact_force")
-    assert (facts.missing, facts.high) == (1, 25.0)
-    assert facts.noise == pytest.approx(0.1, rel=0.1)
-    assert [found.level for found in facts.saturation] == [25.0]
+    column = next(column for column in one.found.columns if column.name == "impact_force")
+    assert (np.isnan(column.values).sum(), column.limits[1]) == (1, 25.0)
+    assert column.noise == pytest.approx(0.1, rel=0.1)
+    assert [found.level for found in column.saturation] == [25.0]
     assert "# range = [-25, 25] # N" in propose(inspect_path(tmp_path), tmp_path)
 
 
@@ -366,16 +367,16 @@ def test_coarse_steps_with_means_between_them_are_no_saturation(limit, tmp_path)
     values[[60, 141]] = 8.4e-4, -1.8e-4
     name = "Velocity (m/s) Run #1"
     write_csv(tmp_path / "a.csv", {"Position (m) Run #1": values, name: np.gradient(swing, 0.02)}, 0.02 * np.arange(200))
-    position, velocity = inspect_path(tmp_path).files[0].columns
+    position, velocity = inspect_path(tmp_path).files[0].found.columns
     assert [found.level for found in position.saturation] == ([] if limit == 1.0 else [limit])
-    assert (velocity.column, velocity.unit) == (name, "m/s")
+    assert (velocity.name, velocity.unit) == (name, "m/s")
 
 
 def test_a_column_of_text_spoils_no_other(tmp_path):
     lines = [f"{t},{x},start" for t, x in zip(TIME, channels("drop-test")["hammer_displacement"], strict=True)]
     (tmp_path / "a.csv").write_text("\n".join(["time,hammer_displacement,note", *lines]))
     (one,) = inspect_path(tmp_path / "a.csv").files
-    assert [facts.column for facts in one.columns] == ["hammer_displacement"]
+    assert [column.name for column in one.found.columns] == ["hammer_displacement"]
     assert "'start' is not a number" in one.found.unusable["note"]
 
 

@@ -103,7 +103,7 @@ def test_a_drive_is_given_in_any_unit_of_frequency(given, hertz, tmp_path):
     with pytest.raises(ExperimentError, match="has base = 'measured' and no recorded cart motion"):
         declared_as(tmp_path, drive)
     settings = read_record_settings({"file": "a.csv", "kind": "cart-excitation", "gap": 0.0, **tomllib.loads(drive)}, 1)
-    assert settings.numbers["excitation_frequency"] == pytest.approx(hertz, rel=1e-12)
+    assert settings.record.excitation_frequency == pytest.approx(hertz, rel=1e-12)
 
 
 def test_an_oscilloscopes_channels_are_numbers_above_a_row_of_units(tmp_path):
@@ -317,7 +317,7 @@ def test_a_mask_leaves_stretches_out_of_every_channel(tmp_path):
             "mask = [0.1, 0.2]",
             r"mask in record 'a.csv' is \[0.1, 0.2\]: expected a list of stretches in s; write mask = \[\[first, last\]\]",
         ),
-        ("mask = [[0.2, 0.1]]", "expected the earlier instant first"),
+        ("mask = [[0.2, 0.1]]", "expected the lower number first"),
         ("mask = [[0.9, 1.1]]", "names 0.9 to 1.1 s, where it has no sample: expected a stretch between 0 and 0.4995 s"),
         ("mask = [[-1.0, 1.0]]", "mask of record 'a.csv' leaves 0 samples: expected at least 16"),
         (
