@@ -327,7 +327,8 @@ def _with_likeliest(
         if together and not vanishes(problem, force) and any(one.order for one in readings):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
-            force = annealed(problem, at, local, force, evaluations=40)
+            if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
+                force = annealed(problem, at, local, force, evaluations=40)
             if not _stays_white(problem, force):
                 readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
