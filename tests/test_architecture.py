@@ -54,7 +54,7 @@ def test_imports_go_one_way():
 FLOW = (
     "experiment",
     "wording",
-    "windows",
+    "guesses",
     "trajectory",
     "result",
     "estimation",

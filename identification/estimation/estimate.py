@@ -24,14 +24,13 @@ from identification.estimation.sample import posterior_sample
 from identification.estimation.unseen import forecasts, held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
 from identification.experiment import Experiment
+from identification.guesses.declared_model import check_clearance, check_smoothing, nominal_model, varying
+from identification.guesses.fitted_part import in_part
 from identification.result.result import FitResult, Likelihood, RecordFit
 from identification.result.variation import Unrest
 from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
-from identification.windows.clearance import check_clearance
-from identification.windows.declared_model import check_smoothing, nominal_model, varying
-from identification.windows.selection import in_part
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 

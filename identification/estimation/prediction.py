@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
+from identification.guesses.motion import driving_channels
 from identification.result.result import Nuisance, RecordFit
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
@@ -22,7 +23,6 @@ from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
 from identification.trajectory.start import Problem
 from identification.trajectory.variances import SMALLEST_FORCE, Variances, vanishes
-from identification.windows.measured_input import driving_channels
 from vibrojax.channels import EVERY_CHANNEL, UNITS
 from vibrojax.compiling import soon_compiled
 

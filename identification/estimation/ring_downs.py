@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import root_scalar
 
+from identification.estimation.simulate import system_in
 from identification.experiment import Experiment, Record
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
-from identification.windows.simulate import system_in
 from vibrojax.compiling import soon_compiled
 from vibrojax.integrate import SUCCESS, Landing, Trajectory
 from vibrojax.integrate.landing import flight_step

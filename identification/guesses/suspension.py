@@ -1,4 +1,4 @@
-"""Damping ratio and natural frequency from free flight, by the weak form of the equation of motion."""
+"""Damping ratio and natural frequency of the suspension: from free flight by the weak form, or from a prescribed motion."""
 
 from collections.abc import Iterable
 from functools import reduce
@@ -9,15 +9,15 @@ from jaxtyping import Float
 
 from identification.experiment import Load, Record
 from identification.experiment.samples import bridged
-from identification.windows.kinematics import Kinematics, relative_displacement
-from identification.windows.start.bumps import weak_integrals
-from identification.windows.start.robust_regression import Regression, robust_regression
+from identification.guesses.motion import Kinematics, relative_displacement
+from identification.guesses.weak_form import Regression, robust_regression, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
 UNLOADED = Load()
 FEWEST = 10
 """Fewest equations of one bump length that are a regression of their own."""
 _FEWEST_OF_ALL = 4
+"""Fewest equations of all records together."""
 SQUARE = 1
 """Place of omega_n^2 among the unknowns, after 2 zeta omega_n."""
 
@@ -42,23 +42,14 @@ def suspension_start(
     Source: R. Shinbrot, On the analysis of linear and nonlinear systems, Trans. ASME 79 (1957) 547-552.
     """
     found = suspension_information(records, motions, mass=mass, load=load)
-    return ({}, mass) if found is None else vibration_of(found, mass)
-
-
-def _joined(pairs: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-    """Matrices and right-hand sides of several regressions, one below the other."""
-    return np.concatenate([matrix for matrix, _ in pairs]), np.concatenate([right for _, right in pairs])
-
-
-def vibration_of(found: Regression, mass: float | None) -> tuple[dict[str, float], float | None]:
-    """zeta and f_n of a regression, and the mass; empty where it is no vibration."""
-    solution = found.estimate
-    if not solution[SQUARE] > 0:
+    if found is None or not found.estimate[SQUARE] > 0:
         return {}, mass
-    omega_n = np.sqrt(solution[SQUARE])
-    zeta = float(np.clip(solution[0] / (2 * omega_n), 1e-3, 1.0))
-    found_mass = mass if mass is not None else (1.0 / solution[2] if solution[2] > 0 else None)
-    return {"zeta": zeta, "f_n": float(omega_n / (2 * np.pi))}, found_mass
+    rate, square, *inverse_mass = found.estimate
+    omega_n = np.sqrt(square)
+    zeta = float(np.clip(rate / (2 * omega_n), 1e-3, 1.0))
+    if mass is None and inverse_mass[0] > 0:
+        mass = 1.0 / inverse_mass[0]
+    return {"zeta": zeta, "f_n": float(omega_n / (2 * np.pi))}, mass
 
 
 def suspension_information(
@@ -73,19 +64,24 @@ def suspension_information(
         if motion is None or record.kind == "prescribed":
             continue
         equations = _equations(record, motion, mass, load)
-        own = best_length(_regressions(equations.values()))
+        own = best_length(regressions(equations.values()))
         if own is not None:
             parts.append(own)
             continue
         for length, pair in equations.items():
             short.setdefault((_in_acceleration(record), length), []).append(pair)
     together = {key: _joined(pairs) for key, pairs in short.items()}
-    rest = best_length(_regressions(together.values()))
+    rest = best_length(regressions(together.values()))
     parts += [] if rest is None else [rest]
     if not parts and together:
         matrix, right = _joined(list(together.values()))
         parts = [robust_regression(matrix, right)] if len(right) >= _FEWEST_OF_ALL else []
     return reduce(add, parts) if parts else None
+
+
+def _joined(pairs: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices and right-hand sides of several regressions, one below the other."""
+    return np.concatenate([matrix for matrix, _ in pairs]), np.concatenate([right for _, right in pairs])
 
 
 def best_length(regressions: Iterable[Regression]) -> Regression | None:
@@ -94,9 +90,9 @@ def best_length(regressions: Iterable[Regression]) -> Regression | None:
     return min(found, key=lambda one: one.stderr(SQUARE) / one.estimate[SQUARE], default=None)
 
 
-def _regressions(equations: Iterable[tuple[np.ndarray, np.ndarray]]) -> list[Regression]:
+def regressions(equations: Iterable[tuple[np.ndarray, np.ndarray]], *, fewest: int = FEWEST) -> list[Regression]:
     """One for each length of the bumps that has enough equations."""
-    return [robust_regression(matrix, right) for matrix, right in equations if len(right) >= FEWEST]
+    return [robust_regression(matrix, right) for matrix, right in equations if len(right) >= fewest]
 
 
 def _equations(
@@ -125,3 +121,27 @@ def _equations(
 def _in_acceleration(record: Record) -> bool:
     """Whether only the hammer's acceleration shows its motion."""
     return relative_displacement(record) is None and "hammer_acceleration" in record.channels
+
+
+def prescribed_start(records: list[Record], motions: list[Kinematics | None], *, mass: float) -> dict[str, float]:
+    """Least-squares zeta and f_n from R = k u + c u' + constant over all samples clear of the stop, k = m omega_n^2, c = 2 zeta omega_n m.
+
+    Every record has its own constant, the offset of its gauge. Empty where no motion is prescribed, or where the solution is no spring with
+    a damper.
+    """
+    parts = []
+    for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
+        if motion is None or record.kind != "prescribed":
+            continue
+        free = ~motion.touching
+        own = np.zeros((int(free.sum()), len(records)))
+        own[:, index] = 1.0
+        parts.append((np.column_stack([motion.u[free], motion.v[free], own]), motion.inertia[free]))
+    if not parts or sum(len(force) for _, force in parts) < FEWEST:
+        return {}
+    matrix, force = (np.concatenate(each) for each in zip(*parts, strict=True))
+    (stiffness, damping, *_), *_ = np.linalg.lstsq(matrix, force, rcond=None)
+    if stiffness <= 0 or damping <= 0:
+        return {}
+    omega_n = np.sqrt(stiffness / mass)
+    return {"zeta": float(damping / (2.0 * mass * omega_n)), "f_n": float(omega_n / (2.0 * np.pi))}

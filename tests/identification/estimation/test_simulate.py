@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.estimation.simulate import simulate_record
 from identification.experiment import ExperimentError
-from identification.windows.declared_model import nominal_model
-from identification.windows.simulate import simulate_record
+from identification.guesses.declared_model import nominal_model
 from vibrojax.contact import Newton
 
 

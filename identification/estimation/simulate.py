@@ -7,9 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.experiment import ExperimentError, Record
-from identification.windows import measured_input
-from identification.windows.kinematics import kinematics
-from identification.windows.start import harmonic_acceleration, harmonic_start
+from identification.guesses.motion import harmonic_acceleration, harmonic_start, inputs_of, kinematics
 from vibrojax.channels import CHANNELS, EVERY_CHANNEL, channels
 from vibrojax.contact import AbstractInstantaneousLaw
 from vibrojax.errors import NoConvergenceError
@@ -20,9 +18,8 @@ from vibrojax.model import Model
 from vibrojax.system import System
 
 _CONTACT_STEPS = 100.0
-_STEPS_PER_PERIOD = 200.0
-_STEPS_PER_OWN_PERIOD = 24.0
-"""Steps per period of an effect's own vibration."""
+_STEPS_PER_PERIOD, _STEPS_PER_OWN_PERIOD = 200.0, 24.0
+"""Of suspension and drive; and of an effect's own vibration."""
 
 
 def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) -> dict[str, np.ndarray]:
@@ -38,13 +35,14 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     amplitude, phase = _base(record)
     system = system_in(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)
-    integrator = Guided(measured_input.prescribed_motion(record)) if record.kind == "prescribed" else _integrator(model, record)
+    guided = inputs_of(record).prescribed
+    integrator = _integrator(model, record) if guided is None else Guided(guided)
     trajectory = integrator(system, jnp.asarray(record.time), jnp.asarray(state))
     result = int(trajectory.result)
     if result != SUCCESS:
         raise NoConvergenceError(f"record {record.file!r} cannot be simulated: {RESULT_MESSAGES[result]}")
     readings = channels(system, trajectory)
-    names = CHANNELS if record.kind != "prescribed" else EVERY_CHANNEL
+    names = CHANNELS if guided is None else EVERY_CHANNEL
     return {"time": record.time} | {name: np.asarray(readings[name]) for name in names}
 
 
@@ -77,12 +75,12 @@ def _base(record: Record) -> tuple[float, float]:
 
 def system_in(model: Model, record: Record, amplitude: float = 0.0, phase: float = 0.0) -> System:
     """The rig in one record; `amplitude`, m, and `phase`, rad, are those of the cart's sine."""
-    base = at_rest()
-    if record.base == "measured":
-        base = measured_input.measured_motion(record)
+    given, base = inputs_of(record), at_rest()
+    if given.cart is not None:
+        base = given.cart
     elif record.kind == "cart-excitation":
         base = Harmonic(base_amplitude=amplitude, base_phase=phase, frequency_hz=record.excitation_frequency or 0.0)
-    applied = measured_input.measured_force(record) if record.kind == "forced" else Unforced()
+    applied = Unforced() if given.applied is None else given.applied
     here = model.in_record(lambda file: 1.0 if file == record.file else 0.0)
     return here.system(gap=record.gap, base=base, applied=applied)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import Record
-from identification.windows.kinematics import kinematics, relative_displacement
+from identification.guesses.motion import kinematics, relative_displacement
 
 TIME = np.arange(800) / 4000.0
 NOISE = 1e-5

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from identification.experiment import Record
-from identification.windows.kinematics import Kinematics, kinematics
-from identification.windows.start import harmonic_start
-from identification.windows.start.contact import contact_start
-from identification.windows.start.suspension import suspension_start
+from identification.guesses.motion import Kinematics, harmonic_start, kinematics
+from identification.guesses.parameters import contact_start
+from identification.guesses.suspension import suspension_start
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear
@@ -82,7 +81,7 @@ def test_contact_start_reads_the_force_law():
     record, motion, model = loops_of_a_known_law()
     found = contact_start(model, [record], [motion], ("k_i", "n", "lambda_i"), load_cell=True)
     assert found is not None
-    values, errors = found.values, found.errors
+    values, errors = found
     assert values["n"] == pytest.approx(1.5, abs=0.1)
     assert values["lambda_i"] == pytest.approx(0.4, rel=0.15)
     assert values["k_i"] * 3e-4 ** values["n"] == pytest.approx(2e6 * 3e-4**1.5, rel=0.1)

@@ -1,33 +1,120 @@
-"""Relative motion from acceleration alone: double integration, with constants identified from the suspension's equation of motion."""
+"""Relative motion of records in which no displacement, or no sensor of the cart, shows it: from the suspension's equation of motion."""
 
 import dataclasses
 
 import numpy as np
+from jaxtyping import Bool
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from identification.experiment import Load, Record
 from identification.experiment.samples import bridged
-from identification.windows.kinematics import Kinematics, stands_out
-from identification.windows.start.suspension import UNLOADED, suspension_start
+from identification.guesses.motion import Kinematics, cart_is_unseen, drive_omega, harmonic_acceleration, kinematics, stands_out
+from identification.guesses.suspension import FEWEST, SQUARE, UNLOADED, best_length, regressions, suspension_information, suspension_start
+from identification.guesses.weak_form import Regression, near_contact, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
+_OWN = 3
+"""Unknowns of a record's own: coefficients of sine and cosine, and a constant."""
+_TURNS = 3
+"""How often contacts are read from the motion against the cart as found, and the cart again from the flights between them."""
 _PERIODS = 4.0
 """Length of an integrated piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""
-_CLEAR = 9
-"""Samples about a contact that are left out of the equations."""
 _STRUCK = ("drop-test", "cart-excitation", "forced")
 """Kinds of record in which the hammer may meet its stop."""
 _GRID_HZ = np.geomspace(0.3, 300.0, 61)
 """Natural frequencies of the grid search, where no record with a known cart identifies one."""
 _ZETA = 0.02
+Sine = tuple[float, float]
+"""Amplitude, m, and phase, rad, of a cart's motion."""
 Vibration = tuple[float, float]
 """omega_n, rad/s, and zeta."""
 
 
+def unseen_bases(
+    records: list[Record], motions: list[Kinematics | None], *, mass: float, load: Load = UNLOADED
+) -> tuple[list[Kinematics | None], dict[int, Sine]]:
+    """Motions against carts without a sensor, and these carts' sines, where the hammer's displacement was recorded.
+
+    In flight x'' + 2 zeta omega_n x' + omega_n^2 x = 2 zeta omega_n y' + omega_n^2 y = p sin(Omega t) + q cos(Omega t), plus a constant for
+    the sensor's zero and a load. Multiplied by a bump and integrated by parts, this is linear in all its unknowns. omega_n and zeta are
+    common to all records, also those with a known cart, each with its own information.
+
+    Args:
+        records: of the experiment.
+        motions: as read from displacements; None where the cart is unknown.
+        mass: of the hammer, kg.
+        load: constant forces that are known.
+
+    Returns:
+        The motions with those that were found, and by index of the record amplitude, m, and phase, rad.
+    """
+    unseen = [
+        i for i, record in enumerate(records) if motions[i] is None and cart_is_unseen(record) and "hammer_displacement" in record.channels
+    ]
+    if not unseen:
+        return motions, {}
+    seen = suspension_information(records, motions, mass=mass, load=load) or Regression.nothing(2)
+    alone = {i: best_length(_regressions(records[i], _struck(records[i], mass))) for i in unseen}
+    found, sines = list(motions), {}
+    for index in unseen:
+        others = sum((one.without(_OWN) for i, one in alone.items() if i != index and one is not None), seen)
+        one = _against_cart(records[index], others, mass=mass)
+        if one is not None:
+            found[index], sines[index] = one
+    return found, sines
+
+
+def _struck(record: Record, mass: float) -> Bool[np.ndarray, " samples"]:
+    """Contacts as far as the hammer's absolute motion shows them."""
+    absolute = kinematics(dataclasses.replace(record, kind="drop-test"), mass=mass, base_acceleration=np.zeros_like(record.time))
+    assert absolute is not None
+    return stands_out(absolute.inertia, np.ones(len(record.time), bool))
+
+
+def _against_cart(record: Record, suspension: Regression, *, mass: float) -> tuple[Kinematics, Sine] | None:
+    """Motion against the cart, and its amplitude and phase; None where no equation shows it."""
+    touching, found = _struck(record, mass), None
+    for _ in range(_TURNS):
+        sine = _sine(_regressions(record, touching), suspension, drive_omega(record))
+        if sine is None:
+            return found
+        cart = sine[0] * np.sin(drive_omega(record) * record.time + sine[1])
+        channels, noise = record.channels | {"cart_displacement": cart}, record.noise | {"cart_displacement": 0.0}
+        seen = dataclasses.replace(record, channels=channels, noise=noise)
+        motion = kinematics(seen, mass=mass, base_acceleration=harmonic_acceleration(record, *sine))
+        assert motion is not None
+        found, same = (motion, sine), np.array_equal(motion.touching, touching)
+        touching = motion.touching
+        if same:
+            break
+    return found
+
+
+def _regressions(record: Record, touching: Bool[np.ndarray, " samples"]) -> list[Regression]:
+    """Regressions of 2 zeta omega_n, omega_n^2, p, q and the constant, one for each length of the bumps."""
+    x, dt = bridged(record.time, record.channels["hammer_displacement"]), float(np.median(np.diff(record.time)))
+    angle, equations = drive_omega(record) * record.time, []
+    for integrals in weak_integrals(np.stack([x, np.sin(angle), np.cos(angle), np.ones_like(x)]), touching, dt).values():
+        second, first, zeroth = integrals[..., 0].T
+        equations.append((np.column_stack([-first, zeroth, -integrals[:, 2, 1:]]), -second))
+    return regressions(equations, fewest=FEWEST + _OWN)
+
+
+def _sine(alone: list[Regression], suspension: Regression, omega: float) -> Sine | None:
+    """Amplitude and phase of the cart, with what is known of the suspension from elsewhere; None without a vibration."""
+    found = [one + suspension.padded(_OWN) for one in alone]
+    found = [one for one in found if one.estimate[SQUARE] > 0.0]
+    if not found:
+        return None
+    rate, square, p, q, _ = min(found, key=lambda one: one.stderr(2) + one.stderr(3)).estimate
+    turn = complex(p, q) / complex(square, rate * omega)
+    return abs(turn), float(np.angle(turn))
+
+
 def integrated_motions(
     records: list[Record], motions: list[Kinematics | None], base: list[np.ndarray], *, mass: float, stop: bool, load: Load = UNLOADED
-) -> tuple[list[Kinematics | None], dict[int, tuple[float, float]]]:
+) -> tuple[list[Kinematics | None], dict[int, Sine]]:
     """Relative motions, completed by double integration of the hammer's acceleration; and the sines of carts without a sensor.
 
     In a short piece of a record u = u_0 + v_0 t + b t^2 / 2 + double integral of (x'' - y''), with b the accelerometers' offset. While the
@@ -54,7 +141,7 @@ def integrated_motions(
         return motions, {}
     found, sines = list(motions), {}
     for index, each in zip(wanted, pieced, strict=True):
-        found[index], sine = each.tied_down(vibration)
+        found[index], sine = each.integrated(vibration)
         if sine is not None:
             sines[index] = sine
     return found, sines
@@ -62,7 +149,7 @@ def integrated_motions(
 
 def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
     """omega_n and zeta of the suspension; None where there is no vibration."""
-    known, unseen = ([each for each in pieced if each.unseen is wanted] for wanted in (False, True))
+    known, unseen = ([each for each in pieced if cart_is_unseen(each.record) is wanted] for wanted in (False, True))
     load = pieced[0].load if pieced else UNLOADED
     start, _ = suspension_start([each.record for each in known], [each.rough for each in known], mass=mass, load=load)
     if start and not unseen:
@@ -105,29 +192,23 @@ class _Pieced:
     mass: float
     load: Load
 
-    @property
-    def unseen(self) -> bool:
-        """Whether only the hammer's acceleration shows the driven cart."""
-        driven = self.record.kind == "cart-excitation" and self.record.base == "sine" and self.record.excitation_frequency is not None
-        return driven and not {"cart_displacement", "cart_acceleration"} & set(self.record.channels)
-
     def solved(self, vibration: Vibration, *, pieces_as: Vibration) -> tuple[np.ndarray, np.ndarray]:
         """Constants of all pieces, and of the cart's sine; and the residual of the equations, relative to the acceleration."""
         factors, integrals, _ = self._terms(pieces_as)
         omega_n, zeta = vibration
         matrix = omega_n**2 * factors[0] + 2.0 * zeta * omega_n * factors[1]
         left = self._pull() - omega_n**2 * integrals[0] - 2.0 * zeta * omega_n * integrals[1]
-        free = ~(np.convolve(self.rough.touching, np.ones(_CLEAR), "same") > 0)
+        free = ~near_contact(self.rough.touching)
         constants, *_ = np.linalg.lstsq(matrix[free], left[free], rcond=None)
         return constants, (matrix[free] @ constants - left[free]) / max(float(np.std(self._pull())), 1e-300)
 
-    def tied_down(self, vibration: Vibration) -> tuple[Kinematics, tuple[float, float] | None]:
+    def integrated(self, vibration: Vibration) -> tuple[Kinematics, Sine | None]:
         """Integrated motion, and amplitude and phase of a cart without a sensor."""
         constants, _ = self.solved(vibration, pieces_as=vibration)
         factors, integrals, omega = self._terms(vibration)
         u, v = (integral + factor @ constants for integral, factor in zip(integrals, factors, strict=True))
         touching = self.rough.touching & (u > self.record.gap - 0.05 * np.ptp(u))
-        if not self.unseen:
+        if not cart_is_unseen(self.record):
             return dataclasses.replace(self.rough, u=u, v=v, touching=touching), None
         sine, cosine = constants[-2:]
         angle = omega * self.record.time
@@ -146,7 +227,7 @@ class _Pieced:
     def _terms(self, vibration: Vibration) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray], float]:
         """Columns of u and u' for every constant, double and single integral of the acceleration, and frequency of the cart, rad/s."""
         time = self.record.time
-        known = self.rough.a if not self.unseen else -self.rough.inertia / self.mass
+        known = self.rough.a if not cart_is_unseen(self.record) else -self.rough.inertia / self.mass
         acceleration = CubicSpline(time, known)
         integrals = acceleration.antiderivative(2)(time), acceleration.antiderivative(1)(time)
         pieces = max(1, int((time[-1] - time[0]) * vibration[0] / (2.0 * np.pi * _PERIODS)))
@@ -156,8 +237,8 @@ class _Pieced:
             t = time[first:last] - time[first]
             of_u[first:last, 3 * piece : 3 * piece + 3] = np.stack([np.ones_like(t), t, 0.5 * t**2], axis=1)
             of_v[first:last, 3 * piece : 3 * piece + 3] = np.stack([np.zeros_like(t), np.ones_like(t), t], axis=1)
-        omega = 2.0 * np.pi * (self.record.excitation_frequency or 0.0)
-        if self.unseen:
+        omega = drive_omega(self.record)
+        if cart_is_unseen(self.record):
             sine, cosine = np.sin(omega * time), np.cos(omega * time)
             of_u = np.column_stack([of_u, -sine, -cosine])
             of_v = np.column_stack([of_v, -omega * cosine, omega * sine])

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from identification.experiment.experiment import Preparation
-from identification.windows.selection import in_part
+from identification.guesses.fitted_part import in_part
 
 
 def test_an_experiment_of_usual_size_is_fitted_whole(small):

@@ -1,18 +1,18 @@
-"""Contact parameters from a regression of the force-indentation loops, before any integration."""
+"""First guesses of all parameters; those of the contact from a regression of the force-indentation loops, before any integration."""
 
-import dataclasses
-from typing import Any, cast
+from typing import cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares
 
-from identification.experiment import Record
-from identification.windows.kinematics import Kinematics
+from identification.experiment import Experiment, Record
+from identification.guesses.motion import Kinematics
+from identification.guesses.suspension import prescribed_start, suspension_start
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
-from vibrojax.model import Model
+from vibrojax.model import MASS, Model
 
 _SAMPLES = 1500
 """Of the regression, whatever the records hold, so that it is compiled once."""
@@ -23,18 +23,35 @@ _DEEP = 0.3
 """Depth over the largest indentation above which samples give the stiffness."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Loops:
-    """Regression of the force-indentation loops: parameters of the law by name, SI, and setting error of the gap, m, (records,)."""
+def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> tuple[dict[str, float], np.ndarray]:
+    """Every shared parameter by name, and the gap errors of the records, m.
 
-    values: dict[str, float]
-    errors: np.ndarray
+    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell, or
+    off the hammer's inertia where that shows nothing.
+    """
+    records = list(experiment.records)
+    wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None, load=experiment.load)
+    suspension = suspension or prescribed_start(records, motions, mass=experiment.mass)
+    listed = {p.name: p for p in model.suspension.parameters}
+    values = {name: float(value) for name, value in model.values().items()}
+    values |= {name: float(np.clip(value, listed[name].lower, listed[name].upper)) for name, value in suspension.items() if name in listed}
+    if not experiment.mass_is_known:
+        values[MASS.name] = mass if mass is not None else experiment.mass
+    values |= wanted
+    model = model.replace(values)
+    free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
+    for load_cell in (True, False):
+        found = contact_start(model, records, motions, free, load_cell=load_cell)
+        if found is not None:
+            return values | found[0], found[1]
+    return values, np.zeros(len(records))
 
 
 def contact_start(
     model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], *, load_cell: bool
-) -> Loops | None:
-    """Contact parameters and gap setting errors from a least-squares regression of force on indentation.
+) -> tuple[dict[str, float], np.ndarray] | None:
+    """Contact parameters by name, SI, and setting errors of the gaps, m, (records,), by least squares of force on indentation.
 
     Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so the regression is fast and does
     not depend on the number of impacts; smoothing of the record biases it by a few per cent, which the fit removes. None where there is no
@@ -50,38 +67,29 @@ def contact_start(
     samples = _samples(model, records, motions, load_cell)
     if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
         return None
-    owners, slot = np.unique(samples["record"], return_inverse=True)
-    specs = {p.name: p for p in model.parameters}
-    residual, jacobian = _residual(model, names, samples, slot)
-    fits = []
+    owners, slot = np.unique(samples.pop("record"), return_inverse=True)
+    units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
+    given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
+    specs, fits = {p.name: p for p in model.parameters}, []
     for exponent in _EXPONENTS if "n" in names else (None,):
         start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(_RECORDS)])
-        fit = _fitted(residual, jacobian, start)
-        if fit is not None:
-            values = {name: _bounded(specs[name], fit.x[i]) for i, name in enumerate(names)}
-            fits.append((float(fit.cost), values, fit.x[len(names) :]))
+        residual, slope = (lambda x, program=program: np.asarray(program(*given, x)) for program in (_misfit, _misfit_slope))
+        if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
+            continue
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                fits.append(least_squares(residual, start, jac=slope, loss="soft_l1", max_nfev=60))
+        except (ValueError, np.linalg.LinAlgError):  # the force is not finite further on
+            continue
     if not fits:
         return None
-    _, values, shifts = min(fits, key=lambda fit: fit[0])
-    errors = np.zeros(len(records))
-    errors[owners.astype(int)] = _length(samples) * shifts[: len(owners)]
-    return Loops(values=values, errors=errors)
-
-
-def _fitted(residual, jacobian, start: np.ndarray) -> Any | None:
-    """One regression; None where the law's force is not finite at or after its start."""
-    if not (np.isfinite(residual(start)).all() and np.isfinite(jacobian(start)).all()):
-        return None
-    try:
-        with np.errstate(over="ignore", invalid="ignore"):
-            return least_squares(residual, start, jac=jacobian, loss="soft_l1", max_nfev=60)
-    except (ValueError, np.linalg.LinAlgError):
-        return None
-
-
-def _bounded(spec, internal: float) -> float:
-    """Physical value of a parameter, clipped to its range."""
-    return float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
+    best = min(fits, key=lambda fit: float(fit.cost)).x
+    values, errors = {}, np.zeros(len(records))
+    for name, internal in zip(names, best[: len(names)], strict=True):
+        spec = specs[name]
+        values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
+    errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
+    return values, errors
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:
@@ -97,37 +105,21 @@ def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.nd
     return np.array([specs[name].to_internal(values[name]) for name in names])
 
 
-def _residual(model: Model, names, samples, slot):
-    """Residual as a function of (internal parameters, gap errors over `_length`) for SciPy, and its Jacobian."""
-    units = np.array([_length(samples), _scale(samples)])
-    given = (jax.tree.map(np.asarray, model), tuple(names), samples, slot, units)
-    return lambda x: np.asarray(_misfit(*given, x)), lambda x: np.asarray(_misfit_slope(*given, x))
-
-
-def _off(model: Model, names: tuple[str, ...], data, slot, units, x):
+def _scaled_misfit(model: Model, names: tuple[str, ...], samples, slot, units, x):
+    """Error of the law's force at every sample over its unit, of internal parameters and gap errors over theirs."""
     specs = {p.name: p for p in model.parameters}
     changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
-    delta = data["indentation"] - units[0] * x[len(names) :][slot]
-    force = cast(AbstractCompliantLaw, changed.law).force(jnp.maximum(delta, 0.0), data["rate"], data["approach_speed"])
-    return (force - data["force"]) / units[1]
+    delta = samples["indentation"] - units[0] * x[len(names) :][slot]
+    force = cast(AbstractCompliantLaw, changed.law).force(jnp.maximum(delta, 0.0), samples["rate"], samples["approach_speed"])
+    return (force - samples["force"]) / units[1]
 
 
-_misfit = soon_compiled(_off)
+_misfit = soon_compiled(_scaled_misfit)
 
 
 @soon_compiled
-def _misfit_slope(model: Model, names: tuple[str, ...], data, slot, units, x):
-    return jax.jacfwd(lambda moved: _off(model, names, data, slot, units, moved))(x)
-
-
-def _length(samples: dict[str, np.ndarray]) -> float:
-    """Unit of the gap errors, m: a tenth of the largest indentation."""
-    return 0.1 * float(np.max(samples["indentation"]))
-
-
-def _scale(samples: dict[str, np.ndarray]) -> float:
-    """Unit of the force errors, N: a fiftieth of the largest force."""
-    return 0.02 * float(np.max(samples["force"]))
+def _misfit_slope(model: Model, names: tuple[str, ...], samples, slot, units, x):
+    return jax.jacfwd(lambda moved: _scaled_misfit(model, names, samples, slot, units, moved))(x)
 
 
 @soon_compiled

@@ -1,13 +1,66 @@
-"""Linear regression that a minority of outliers hardly moves, as normal equations that can be added up."""
+"""Weak form of an equation of motion: integrals over bumps, so that no record is differentiated, and their robust regression."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from numpy.lib.stride_tricks import sliding_window_view
 
+_SUPPORTS = (24, 48, 96, 192, 384, 768, 1536)
+"""Lengths of the bumps, samples."""
+_SEVERAL = 2
+"""Shortest flight that shows different parts of the motion, in lengths of the bump: it holds three."""
+_CLEAR = 9
+"""Samples about a contact that are excluded from the flights."""
 _ITERATIONS = 12
 _NOISELESS = 1e-12
 """Smallest residual, over the size of the right-hand side: rounding."""
+
+
+def weak_integrals(
+    signals: Float[np.ndarray, "signals samples"], touching: Bool[np.ndarray, " samples"], dt: float
+) -> dict[int, Float[np.ndarray, "bumps curves signals"]]:
+    """Integrals of every signal times phi'', phi' and phi (in this order) over every bump in every flight, by the length of the bumps.
+
+    phi = (1 - s^2)^4, s from -1 to 1. All are divided by the standard deviation of the integral of unit white noise times phi''.
+
+    Args:
+        signals: SI, one row each.
+        touching: where the hammer meets the stop.
+        dt: time step, s.
+    """
+    found: dict[int, list[np.ndarray]] = {}
+    flights = _flights(touching)
+    samples = np.array([stop - start for start, stop in flights], int)
+    # of one bump in each flight of a periodic motion all are the same equation, and in a few flights alone it is wrong where these are long
+    # since an impact was not seen: flights with several bumps have to make up most of the time in flight
+    lengths = [length for length in _SUPPORTS if 2 * int(samples[samples >= _SEVERAL * length].sum()) > int(samples.sum())]
+    for start, stop in flights:
+        for length in (n for n in lengths if n <= stop - start):
+            parts = sliding_window_view(signals[:, start:stop], length, axis=1)[:, :: length // 2]
+            found.setdefault(length, []).append((parts @ _curves(length, dt)).transpose(1, 2, 0))
+    return {length: np.concatenate(parts) for length, parts in found.items()}
+
+
+@cache
+def _curves(length: int, dt: float) -> Float[np.ndarray, "samples curves"]:
+    """phi'', phi' and phi of a bump, weighted."""
+    half = 0.5 * (length - 1) * dt
+    s = np.linspace(-1, 1, length)
+    value, slope, curve = (1 - s**2) ** 4, -8 * s * (1 - s**2) ** 3 / half, (56 * s**2 - 8) * (1 - s**2) ** 2 / half**2
+    return np.stack([curve, slope, value], axis=1) / np.sqrt(np.sum(curve**2))
+
+
+def near_contact(touching: Bool[np.ndarray, " samples"]) -> Bool[np.ndarray, " samples"]:
+    """Samples in contact or within a few of it."""
+    return np.convolve(touching, np.ones(_CLEAR), "same") > 0
+
+
+def _flights(touching: Bool[np.ndarray, " samples"]) -> list[tuple[int, int]]:
+    """Stretches of flight, a few samples clear of contact: (first, one past the last)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], near_contact(touching), [True]]).astype(int))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -43,7 +96,7 @@ class Regression:
         return Regression(information=self.information + other.information, score=self.score + other.score)
 
     def padded(self, own: int) -> "Regression":
-        """The same with so many more unknowns, of which it knows nothing."""
+        """The same with so many more unknowns, that it does not determine."""
         return Regression(information=np.pad(self.information, (0, own)), score=np.pad(self.score, (0, own)))
 
     def without(self, own: int) -> "Regression":

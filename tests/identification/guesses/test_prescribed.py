@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.simulate import simulate_record
 from identification.experiment import ExperimentError, load_experiment
 from identification.trajectory.start import problem_of
-from identification.windows.simulate import simulate_record
 from tests.identification.testing_machine import DAMPING, K_I, LAMBDA_I, MASS, NOISE, STIFFNESS, N, experiment, machine
 
 

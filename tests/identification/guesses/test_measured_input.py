@@ -5,7 +5,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from identification.experiment import Record
-from identification.windows.measured_input import measured_motion, part
+from identification.guesses.motion import measured_motion, part
 from vibrojax.excitation import CubicSignal
 
 

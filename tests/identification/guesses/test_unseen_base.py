@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.complete.rigs import Job, write_awkward
 from identification.experiment import load_experiment
+from identification.guesses.weak_form import Regression, robust_regression
 from identification.trajectory.start import problem_of
-from identification.windows.start.robust_regression import Regression, robust_regression
 
 
 @pytest.mark.parametrize("index", [0, 5], ids=["one cart, soft rig", "both carts, stiff rig"])

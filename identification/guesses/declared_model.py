@@ -1,4 +1,4 @@
-"""What an experiment declares before any fit: its nominal model, and the operator's wishes for single parameters."""
+"""What an experiment declares before any fit: its nominal model, the operator's wishes for single parameters, and its gaps."""
 
 import dataclasses
 import math
@@ -6,10 +6,12 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 
 from identification.experiment import Experiment, ExperimentError
 from identification.experiment.errors import suggestion
-from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw
+from identification.guesses.motion import relative_displacement
+from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw, NoContact
 from vibrojax.effects.recorder_filter import RecorderFilter
 from vibrojax.errors import InputError
 from vibrojax.model import MASS, Load, Model
@@ -17,6 +19,12 @@ from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 DEFAULT_LAW = "hunt-crossley"
+_STRIKING = ("drop-test", "cart-excitation")
+"""Kinds of record in which the hammer comes from free flight."""
+_FAR = 10.0
+"""Largest plausible indentation over the hammer's own travel."""
+_FAR_M = 0.01
+"""The same, m: ten times an error of setting the gap that is already large."""
 
 
 def check_precision() -> None:
@@ -139,3 +147,23 @@ def expected(experiment: Experiment) -> dict[str, float]:
 def varying(experiment: Experiment) -> tuple[str, ...]:
     """Names of the parameters that have a value of their own in every record."""
     return tuple(name for name, option in experiment.parameters.items() if option.varies)
+
+
+def check_clearance(experiment: Experiment, law: AbstractContactLaw) -> None:
+    """Check every gap against the recorded motion, in held-back records too.
+
+    A displacement with an unknown zero does not identify its gap and is not checked.
+
+    Raises:
+        ExperimentError: from first to last sample the hammer is far beyond the stated position of the stop.
+    """
+    offset = any(sensor.zero is not None for channel, sensor in experiment.sensors.items() if channel.endswith("displacement"))
+    if offset or isinstance(law, NoContact):
+        return
+    for record in experiment.records:
+        u = relative_displacement(record)
+        if record.kind in _STRIKING and u is not None and u.min() - record.gap > max(_FAR * np.ptp(u), _FAR_M):
+            raise ExperimentError(
+                f"gap of record {record.file!r} is {record.gap:g} m, and its hammer stays between {u.min():.4g} m and {u.max():.4g} m:"
+                " expected that it leaves the stop; check sign and unit of the gap, or, for a sensor with an offset, set its zero"
+            )

@@ -7,8 +7,8 @@ import pytest
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Record
+from identification.guesses.fitted_part import from_release
 from identification.trajectory.start import problem_of
-from identification.windows.release import from_release
 
 TIME = np.arange(4000) / 2000.0
 OMEGA = 2 * np.pi * 3.0

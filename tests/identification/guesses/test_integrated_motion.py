@@ -9,9 +9,9 @@ from scipy.signal import lsim
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, Record, Suspension
+from identification.guesses.motion import harmonic_acceleration, harmonic_start
+from identification.guesses.unseen_motion import integrated_motions
 from identification.result.result import OK, FitResult
-from identification.windows.integrated_motion import integrated_motions
-from identification.windows.start import harmonic_acceleration, harmonic_start
 
 F_N, ZETA, MASS = 5.0, 0.03, 1.5
 OMEGA_N = 2 * np.pi * F_N

@@ -7,7 +7,7 @@ import pytest
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import Experiment, ExperimentError, Record, Sensor
-from identification.windows.clearance import check_clearance
+from identification.guesses.declared_model import check_clearance
 from vibrojax.contact import HuntCrossley, NoContact
 
 TIME = np.arange(200) / 1000.0

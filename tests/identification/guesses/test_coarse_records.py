@@ -5,9 +5,9 @@ import pytest
 from scipy.signal import lsim
 
 from identification.experiment import Record
-from identification.windows.kinematics import kinematics
-from identification.windows.start.contact import contact_start
-from identification.windows.start.suspension import suspension_start
+from identification.guesses.motion import kinematics
+from identification.guesses.parameters import contact_start
+from identification.guesses.suspension import suspension_start
 from vibrojax.contact import Newton
 from vibrojax.model import Model
 from vibrojax.suspension import Free
