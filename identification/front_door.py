@@ -19,7 +19,7 @@ from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
 from identification.diagnosis.look import among_effects
 from identification.estimation.estimate import fit_experiment
-from identification.estimation.sample import DRAWS, FEWEST
+from identification.estimation.likelihood import DRAWS, FEWEST
 from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, load_experiment
 from identification.guesses.declared_model import check_precision

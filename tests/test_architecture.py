@@ -59,7 +59,6 @@ FLOW = (
     "result",
     "estimation",
     "diagnosis",
-    "estimation.added",
     "estimation.estimate",
     "report",
     "commands",

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import RecordFit, SensorError
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
-from identification.result.variation import Disagreement, Unrest
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 

@@ -6,7 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from identification.estimation.added import with_effects
+from identification.diagnosis.augment import augmented
+from identification.diagnosis.look import known_effects, look, weighed_anew
+from identification.estimation.held_back import forecasts, held_back_chain, held_back_fits, rms_nrmse
+from identification.estimation.likelihood import posterior_sample, profiles
 from identification.estimation.parameters import (
     Uncertainty,
     between_records,
@@ -18,19 +21,17 @@ from identification.estimation.parameters import (
     unrest,
 )
 from identification.estimation.prediction import record_fits
-from identification.estimation.profiles import profiles
 from identification.estimation.ring_downs import ring_downs
-from identification.estimation.sample import posterior_sample
-from identification.estimation.unseen import forecasts, held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
 from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, check_smoothing, nominal_model, varying
 from identification.guesses.fitted_part import in_part
-from identification.result.result import FitResult, Likelihood, RecordFit
-from identification.result.variation import Unrest
-from identification.trajectory.fit import Fitted, equations, fit, settled
+from identification.result.evidence import Unrest, chance
+from identification.result.result import Added, FitResult, Likelihood, RecordFit
+from identification.trajectory.fit import Fitted, equations, fit, polished, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
+from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
@@ -143,6 +144,43 @@ def fit_experiment(
         profiles=curves,
         likelihood=_likelihood(found, unseen),
     )
+
+
+def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formula] = (), progress: Progress) -> tuple[Fitted, Added]:
+    """The fitted model with effects, added in the order of `names`, each fitted anew with everything else, and what they gain.
+
+    Names are those of listed effects or of `terms`, forces of the user. Of the candidates of an effect (frequencies, channels, records,
+    first values), that with the largest expected gain is the start.
+
+    Raises:
+        InputError: an effect has nothing to act on in these records.
+    """
+    found, possibilities, places = nominal, 1, []
+    for name in names:
+        progress(f"choosing where {name} begins")
+        seen = look(found, [name], terms)
+        if not seen.listed:
+            channels = joined(list(found.problem.chains.channels))
+            raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
+        best = seen.listed[0].candidate
+        places.append(best.channel or best.members[0].record or "")
+        possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
+        progress(f"fitting the model with {name}")
+        found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
+    gain = 0.5 * (nominal.deviance - found.deviance)
+    numbers = max(_unknowns(found) - _unknowns(nominal), 1)
+    return found, Added(
+        names=tuple(names),
+        places=tuple(places),
+        gain=gain,
+        chance=chance(2.0 * gain, numbers, possibilities),
+        bic=-2.0 * gain + numbers * float(np.log(max(found.local.samples, 1))),
+        held_back=None,
+    )
+
+
+def _unknowns(fitted: Fitted) -> int:
+    return int(fitted.problem.border.shared.sum() + fitted.problem.border.own.sum())
 
 
 def _likelihood(found: Fitted, unseen: Fitted | None) -> Likelihood:

@@ -7,9 +7,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import chdtrc, chdtri, ndtri
 
-from identification.result.evidence import chance_of_force
+from identification.result.evidence import Disagreement, Unrest, chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, ParameterEstimate, SensorError
-from identification.result.variation import Disagreement, Unrest
 from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness

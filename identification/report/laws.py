@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Group
 from rich.text import Text
 
-from identification.estimation.unseen import rms_nrmse
+from identification.estimation.held_back import rms_nrmse
 from identification.report.tables import Table
 from identification.report.verdict import GOOD, judge
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate

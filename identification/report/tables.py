@@ -12,10 +12,10 @@ from rich.text import Text
 from identification.experiment import Experiment, ParameterOption
 from identification.report.base import recorded
 from identification.report.verdict import GOOD, judge
+from identification.result.evidence import Unrest
 from identification.result.posterior import SHAPE_LIMIT
 from identification.result.reference import Comparison, Reference, compare, unmatched
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit, SensorError
-from identification.result.variation import Unrest
 from identification.wording.names import label, spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, compact, grouped, joined, percent, rounded, significant, unit_text, with_unit
 from vibrojax.model import Model

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from identification.estimation.adequacy import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
-from identification.estimation.unseen import has_signal, rms_nrmse
+from identification.estimation.held_back import has_signal, rms_nrmse
+from identification.result.evidence import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
 from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, RecordFit, SensorError, residual
 from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import chance_text, joined, percent, significant

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment import Experiment, si_unit
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.posterior import PosteriorSample
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
-from identification.result.variation import Disagreement, Unrest
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 

@@ -20,7 +20,7 @@ from identification.diagnosis.diagnosis import (
 )
 from identification.report.tables import Table, reading_errors, shares
 from identification.report.verdict import RUN_MODEL
-from identification.result.variation import Disagreement
+from identification.result.evidence import Disagreement
 from identification.wording.names import coordinate_label, plain_name, spoken, symbol_text
 from identification.wording.numbers import (
     NONE,

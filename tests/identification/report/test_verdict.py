@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import Nuisance
-from identification.result.variation import Disagreement, Unrest
 from identification.wording.numbers import percent
 from tests.identification.diagnosis.made_diagnosis import UNREST
 from tests.identification.made_result import made_result

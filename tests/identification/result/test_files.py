@@ -4,9 +4,9 @@ import json
 import numpy as np
 import pytest
 
+from identification.result.evidence import Unrest
 from identification.result.files import fit_json, plain, write_fit_json
 from identification.result.result import Horizon
-from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
-from identification.estimation.horizons import filtered_state
-from identification.estimation.unseen import held_back_chain, held_back_fits
+from identification.estimation.held_back import filtered_state, held_back_chain, held_back_fits
 from identification.report import fit_summary, write_report
 from identification.result.files import fit_json
 from identification.trajectory.fit import fit

@@ -7,8 +7,8 @@ import pytest
 from scipy.special import chdtri
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.likelihood import log_posterior
 from identification.estimation.parameters import profile_rise, uncertainty
-from identification.estimation.sample import log_posterior
 from identification.experiment import ParameterOption
 from identification.report import tables
 from identification.report.base import STYLES
