@@ -23,9 +23,8 @@ from identification.estimation.likelihood import DRAWS, FEWEST
 from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, load_experiment
 from identification.guesses.declared_model import check_precision
-from identification.report import fit_summary
+from identification.report import diagnosis_summary, fit_summary
 from identification.report.base import STYLES, PageStyle
-from identification.report.diagnosis import diagnosis_summary
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate

@@ -20,9 +20,8 @@ from identification.estimation.parameters import DERIVED
 from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, ExperimentError, load_experiment
 from identification.guesses.declared_model import check_compared_wishes, check_law, check_laws, check_smoothing, nominal_model
-from identification.report import fit_summary, write_report
+from identification.report import diagnosis_summary, fit_summary, write_diagnosis_report, write_report
 from identification.report.base import SCREEN, PageStyle
-from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.laws import FILE_NAME as LAWS_FILE
 from identification.report.laws import law_scores, law_summary, write_laws
 from identification.result.files import (

@@ -3,7 +3,8 @@
 A figure is drawn and rendered once, as PNG at twice the pixels of the page; the page holds the same bytes that lie beside it.
 
 To add a figure: write a function that takes a `FitResult` (or a `Diagnosis`) and a `PageStyle` and yields `Picture` objects in the file of
-what it shows, then list it in `FIGURES` of `identification/report/page.py` (or `identification/report/diagnosis/page.py`).
+what it shows, then list it in `FIGURES` (or `FIGURES_OF_DIAGNOSIS`) of
+`identification/report/page.py`.
 """
 
 import base64
@@ -114,21 +115,9 @@ class Image:
 def rendered(
     drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
     found: Any,
-    experiment: Experiment,
-    records: Sequence[RecordFit],
-    style: PageStyle,
-    progress: Progress,
-) -> list[Image]:
-    """Draw the pictures of what was found, state below each what it is about, and render each once."""
-    return rendered_over(drawers, found, lambda picture: subject(experiment, records, picture.record), style, progress)
-
-
-def rendered_over(
-    drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
-    found: Any,
     note: Callable[[Picture], str],
     style: PageStyle,
-    progress: Progress,
+    progress: Progress = lambda stage: None,
 ) -> list[Image]:
     """Draw the pictures of what was found, write the note on each below it, and render each once."""
     images = []
@@ -139,8 +128,7 @@ def rendered_over(
             progress(f"drawing the report: {number} of {len(drawn)} figures")
             footnote(one.figure, note(one))
             files = {"png": png(one.figure)} | ({"pdf": pdf(one.figure)} if style.pdf else {})
-            width = round(float(one.figure.get_figwidth() * one.figure.dpi) / PAGE_SCALE)
-            images.append(Image(picture=one, width=width, files=files))
+            images.append(Image(picture=one, width=round(float(one.figure.get_figwidth() * one.figure.dpi) / PAGE_SCALE), files=files))
     return images
 
 
@@ -247,6 +235,14 @@ def panels(
     for axes in grid[:-1].ravel() if sharing.get("sharex") else ():
         axes.xaxis.set_visible(False)
     return figure, grid
+
+
+def grid_of(count: int, height: float, columns: int, **placed: Any) -> tuple[Figure, Any, list[Axes]]:
+    """A figure of so many panels of one height, its axes by row and column, and the used ones in a list; the rest is blank."""
+    figure, grid = panels((height,) * -(-count // columns), columns, **placed)
+    for axes in grid.ravel()[count:]:
+        axes.set_axis_off()
+    return figure, grid, list(grid.ravel()[:count])
 
 
 def residual_panel(axes: Axes, time: np.ndarray, r: np.ndarray, reach: float, colour: str = "black") -> None:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from scipy.ndimage import zoom
 from scipy.special import chdtri
 
-from identification.report.base import PageStyle, Picture, panels
+from identification.report.base import PageStyle, Picture, grid_of, panels
 from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate, ProfileMap
-from identification.wording.names import symbol_text
+from identification.wording.names import heading, symbol_text
 from identification.wording.numbers import unit_text
 from vibrojax.drawing import few_ticks
 
@@ -25,12 +25,9 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
     if result.profiles is None or not result.profiles.single:
         return
     listed, curves = {p.spec.name: p for p in result.parameters}, result.profiles.single
-    columns = min(3, len(curves))
-    figure, grid = panels((1.2,) * -(-len(curves) // columns), columns, gap=(0.6, 0.2), sharey=True)
-    for axes, curve in zip(grid.ravel(), curves, strict=False):
+    figure, grid, drawn = grid_of(len(curves), 1.2, min(3, len(curves)), gap=(0.6, 0.2), sharey=True)
+    for axes, curve in zip(drawn, curves, strict=True):
         _profile(axes, curve, listed[curve.name], style)
-    for axes in grid.ravel()[len(curves) :]:
-        axes.set_axis_off()
     for axes in grid[:, 0]:
         axes.set_ylabel("2 Δ log L")
     yield Picture(
@@ -55,7 +52,7 @@ def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, 
     axes.plot(curve.values, curve.rise, "o-", color=style.nominal, markersize=2.5, linewidth=1.0)
     axes.set_ylim(0.0, 10.0)
     few_ticks(axes, x=3, y=4)
-    axes.set_xlabel(_axis(estimate))
+    axes.set_xlabel(heading(estimate.spec.symbol, estimate.spec.unit))
 
 
 def _region(result: FitResult, pair: ProfileMap, listed: dict[str, ParameterEstimate], style: PageStyle) -> Picture:
@@ -71,7 +68,7 @@ def _region(result: FitResult, pair: ProfileMap, listed: dict[str, ParameterEsti
     axes.plot(*departs.ellipse(_PAIR_LEVELS["95 %"]), color=style.model, linewidth=0.8)
     first, second = (symbol_text(one.spec.symbol) for one in (departs.first, departs.second))
     few_ticks(axes, x=5, y=5)
-    axes.set_xlabel(_axis(departs.second))
+    axes.set_xlabel(heading(departs.second.spec.symbol, departs.second.spec.unit))
     axes.set_ylabel(f"{first} off the line, {departs.unit}")
     return Picture(
         name="profile-contour",
@@ -147,11 +144,11 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         else:
             marks = {"markersize": 2.4, "alpha": 0.5, "markeredgewidth": 0, "rasterized": True}
             axes.plot(few[:, column], few[:, row], ".", color=style.nominal, **marks)
-            axes.set_ylabel("" if column else _axis(found[row]))
+            axes.set_ylabel("" if column else heading(found[row].spec.symbol, found[row].spec.unit))
         for offset, shown in ((axes.xaxis, row == count - 1), (axes.yaxis, column == 0)):
             offset.get_offset_text().set(fontsize=6, visible=shown)
         if row == count - 1:
-            axes.set_xlabel(_axis(found[column]))
+            axes.set_xlabel(heading(found[column].spec.symbol, found[column].spec.unit))
     yield Picture(
         name="posterior",
         section="estimates",
@@ -159,8 +156,3 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         alt=f"Corner plot of {len(draws)} draws of {', '.join(symbol_text(p.spec.symbol) for p in found)}.",
         figure=figure,
     )
-
-
-def _axis(estimate: ParameterEstimate) -> str:
-    unit = unit_text(estimate.spec.unit)
-    return symbol_text(estimate.spec.symbol) + (f" ({unit})" if unit else "")

@@ -31,6 +31,16 @@ def symbol_text(symbol: str) -> str:
     return head + index.translate(_LOWERED) if mark and re.fullmatch(r"[0-9in]+", index) else symbol
 
 
+def heading(symbol: str, unit: str) -> str:
+    """A symbol with its unit, as a heading or for an axis.
+
+    Example:
+        >>> heading("k_i", "N/m^n"), heading("n", "1")
+        ('kᵢ (N/mⁿ)', 'n')
+    """
+    return symbol_text(symbol) + (f" ({unit_text(unit)})" if unit_text(unit) else "")
+
+
 def symbol_html(symbol: str) -> Markup:
     """A symbol in italics with its index below the line.
 

@@ -4,9 +4,12 @@ Nominal is dashed, augmented not, measured a wide grey line, throughout; in colo
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
@@ -14,17 +17,21 @@ from matplotlib.ticker import LogFormatter
 
 from identification.diagnosis.diagnosis import Diagnosis, Profile
 from identification.experiment import Experiment
-from identification.report.base import DASHED, MOST, PageStyle, Picture, panels, recorded, residual_panel
-from identification.result.flight_force import flight_force
+from identification.report.base import DASHED, MOST, PageStyle, Picture, grid_of, panels, recorded, residual_panel
 from identification.result.result import RecordFit, impacts, largest, residual
 from identification.wording.names import Label, coordinate_label, label, spoken
 from identification.wording.numbers import significant
+from vibrojax.compiling import soon_compiled
 from vibrojax.drawing import envelope, few_ticks, literal
+from vibrojax.excitation import Unforced, at_rest
+from vibrojax.model import Model
 
 _PERIODS, _FEWEST = 3.0, 60
 """Length of a stretch of a record: periods, and samples at least."""
-_IN_FLIGHT = {"displacement": "u", "velocity": "v", "indentation": "indentation"}
-"""Coordinates of a profile against which the models' forces can be set, as `FlightForce` has them."""
+_IN_FLIGHT = ("displacement", "velocity", "indentation")
+"""Coordinates of a profile against which the models' forces can be set."""
+_SAMPLES_IN_FLIGHT = 8000
+"""At which these forces are evaluated, whatever the records: compiled once."""
 
 
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
@@ -65,16 +72,13 @@ def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pict
     others = [one for one in where.profiles[1:] if one.explained > 0.0][:MOST] if where is not None else []
     if not others:
         return
-    columns = min(len(others), 2)
-    figure, grid = panels((1.1,) * -(-len(others) // columns), columns, gap=(0.68, 0.6))
-    for axes, profile in zip(grid.ravel(), others, strict=False):
+    figure, _, drawn = grid_of(len(others), 1.1, min(len(others), 2), gap=(0.68, 0.6))
+    for axes, profile in zip(drawn, others, strict=True):
         _profile(axes, profile, diagnosis.experiment, style)
         of, _, unit = _quantity(profile)
         axes.set_title(f"{of}: gains {_share(profile)}", loc="left", pad=3, fontsize=8)
         axes.set_ylabel(f"({unit})")
         few_ticks(axes, x=5, y=4)
-    for axes in grid.ravel()[len(others) :]:
-        axes.set_axis_off()
     yield Picture(
         name="missing-others",
         section="location",
@@ -122,18 +126,55 @@ def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
 
     Where the profile turns with the motion, that while u' > 0 and the opposite of that while u' < 0.
     """
-    phase, known = diagnosis.location.phase if diagnosis.location is not None else "", _IN_FLIGHT.get(profile.coordinate)
-    if profile.quantity != "force" or known is None or phase == "contact":
+    phase = diagnosis.location.phase if diagnosis.location is not None else ""
+    if profile.quantity != "force" or profile.coordinate not in _IN_FLIGHT or phase == "contact":
         return None
     force = flight_force(diagnosis.augmented.records, diagnosis.model)
     if force is None:
         return None
+    along = force[profile.coordinate]
     middles = 0.5 * (profile.center[1:] + profile.center[:-1])
     edges = np.concatenate([[2 * profile.center[0] - middles[0]], middles, [2 * profile.center[-1] - middles[-1]]])
-    counts = np.histogram(getattr(force, known), edges)[0]
-    added = force.added * np.sign(force.v) if profile.turns else force.added
-    sums = np.histogram(getattr(force, known), edges, weights=added)[0]
+    counts = np.histogram(along, edges)[0]
+    added = force["added"] * np.sign(force["velocity"]) if profile.turns else force["added"]
+    sums = np.histogram(along, edges, weights=added)[0]
     return np.where(counts >= 5, sums / np.maximum(counts, 1), np.nan)
+
+
+def flight_force(records: Sequence[RecordFit], model: Model) -> dict[str, np.ndarray] | None:
+    """Displacement, velocity and indentation at samples in free flight, SI, and the push `added` there by a model's effects, N.
+
+    None where the effects have no force in flight that time and motion alone decide: without effects, with states of their own, or with
+    something of its own in each record.
+    """
+    if not model.effects or model.record_parameters or any(one.own_states or one.record is not None for one in model.effects):
+        return None
+    parts = []
+    for record in records:
+        u, v = record.relative_displacement, record.relative_velocity
+        usable = ~record.in_contact & np.isfinite(u) & np.isfinite(v) & (u < record.gap)
+        parts.append(np.stack([record.time, u, v, np.full_like(u, record.gap)])[:, usable])
+    samples = np.concatenate(parts, axis=1)
+    if not samples.shape[1]:
+        return None
+    t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _SAMPLES_IN_FLIGHT).round().astype(int)]
+    models = tuple(one.as_arrays() for one in (model, dataclasses.replace(model, effects=())))
+    whole, without = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
+    if np.abs(whole - without).max() == 0.0:
+        return None
+    return {"displacement": u, "velocity": v, "indentation": u - gap, "added": whole - without}
+
+
+@soon_compiled
+def _forces(models: tuple[Model, ...], *samples):
+    """Mass times relative acceleration of every model at times, u, u' and gaps, under a cart at rest, out of contact."""
+    nothing, apart, resting = jnp.zeros(0), jnp.asarray(False), jnp.asarray(0.0)
+
+    def force(model: Model, t, u, v, gap):
+        system = model.system(gap=gap, base=at_rest(), applied=Unforced())
+        return system.mass * system.forces(t, u, v, nothing, apart, resting).acceleration
+
+    return tuple(jax.vmap(partial(force, model))(*samples) for model in models)
 
 
 def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
@@ -145,10 +186,10 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     largest_share = sorted(able, key=lambda r: -where.records.get(r.file, 0.0))[:MOST]
     shown = [record for record in able if record in largest_share]
     columns = 2 if len(shown) in (2, 4) else min(len(shown), 3)
-    figure, grid = panels((1.45,) * -(-len(shown) // columns), columns, gap=(0.68, 0.52), edges=(0.72, 0.85, 0.48, 0.28))
+    figure, grid, drawn = grid_of(len(shown), 1.45, columns, gap=(0.68, 0.52), edges=(0.72, 0.85, 0.48, 0.28))
     worst, highest = max(((r, float(np.nanmax(where.maps[r.file])) ** 0.5) for r in shown), key=lambda item: item[1])
     looks: dict[str, Any] = {"cmap": style.sequential, "norm": LogNorm(1.0, max(3.0, highest)), "origin": "lower", "aspect": "auto"}
-    for axes, record in zip(grid.ravel(), shown, strict=False):
+    for axes, record in zip(drawn, shown, strict=True):
         read, values = recorded(record, diagnosis.experiment), np.sqrt(np.maximum(where.maps[record.file], 1.0))
         axes.patch.set(hatch="////", edgecolor="#c8c8c8", linewidth=0.0)
         image = axes.imshow(values, extent=(0.0, 360.0, record.time[0], record.time[-1]), interpolation="nearest", **looks)
@@ -164,8 +205,6 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
             axes.axhline(where.time, color="black", linewidth=0.9, linestyle=DASHED)
     for axes in grid[:, 0]:
         axes.set_ylabel("time t (s)")
-    for axes in grid.ravel()[len(shown) :]:
-        axes.set_axis_off()
     box = grid[-1, -1].get_position()
     bar = figure.colorbar(image, cax=figure.add_axes((box.x1 + 0.02, box.y0, 0.018, grid[0, 0].get_position().y1 - box.y0)))
     bar.ax.yaxis.set_major_formatter(LogFormatter(minor_thresholds=(2, 0.5)))
