@@ -91,10 +91,8 @@ def write_diagnosis_report(
 
     Arguments and result are those of `write_report`.
     """
-    records = diagnosis.nominal.records
-    images = rendered(
-        FIGURES_OF_DIAGNOSIS, diagnosis, note, style, progress
-    )
+    experiment, records = diagnosis.experiment, diagnosis.nominal.records
+    images = rendered(FIGURES_OF_DIAGNOSIS, diagnosis, lambda picture: subject(experiment, records, picture.record), style, progress)
     drawn, listed = {image.picture.record for image in images}, diagnosis_tables.strongest(diagnosis)
     fitted = [one for one in listed if one.drop is not None] or list(listed[:5])
     html = framed(
