@@ -283,7 +283,7 @@ class Diagnosis:
             "augmented": _side(self.augmented),
             "unrest": None if self.unrest is None else self.unrest.document(),
             "reading_error": {name: {"rms": one.rms, "unit": one.unit, "order": one.order} for name, one in self.reading_error.items()},
-            "ring_downs": self.ring_downs.document(),
+            "ring_downs": dataclasses.asdict(self.ring_downs),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
             "sentences": list(self.sentences),

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.diagnosis.augment import augmented
 from identification.diagnosis.look import known_effects, look, weighed_anew
-from identification.estimation.held_back import forecasts, held_back_chain, held_back_fits, rms_nrmse
+from identification.estimation.held_back import held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.likelihood import posterior_sample, profiles
 from identification.estimation.parameters import (
     Uncertainty,
@@ -102,9 +102,9 @@ def fit_experiment(
     shift = discretisation_shift(found, spread)
     clock.lap("records")
     unseen = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
-    held_back = forecasts(unseen)
+    held_back = held_back_fits(unseen)
     if added is not None and held_back:
-        before = rms_nrmse(held_back_fits(nominal, experiment))
+        before = rms_nrmse(held_back_fits(held_back_chain(nominal, experiment, lambda line: None)))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
     model = found.problem.model_at(found.at)
     models = {"nominal": nominal.problem.model_at(nominal.at)} | ({"augmented": model} if effects else {})
@@ -131,7 +131,7 @@ def fit_experiment(
         ),
         unrest=restless,
         reading_error=sensor_errors(found),
-        force_share=_force_share(found, chi2, restless),
+        force_share=0.0 if restless is None else float(np.clip(1.0 - np.sum(found.linear.residual**2) / max(chi2, 1e-300), 0.0, 1.0)),
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
@@ -234,11 +234,6 @@ def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
     samples = int((problem.chains.weight > 0).sum())
     border = problem.border
     return chi2, samples - int(border.shared.sum()) - int(border.own.sum()) - len(problem.unknowns.states) * stretches
-
-
-def _force_share(found: Fitted, chi2: float, restless: Unrest | None) -> float:
-    """Share of the squared misfit of the free motion that goes away with the random force; the rest is errors of the readings."""
-    return 0.0 if restless is None else float(np.clip(1.0 - np.sum(found.linear.residual**2) / max(chi2, 1e-300), 0.0, 1.0))
 
 
 def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
+from identification.estimation.parameters import variations
 from identification.estimation.prediction import Free, free_motion, frequency, pieces_of, record_fits
 from identification.experiment import Experiment
 from identification.result.result import Horizon, RecordFit
@@ -17,7 +18,7 @@ from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled, with_variation
-from identification.trajectory.segments import VARIATION, Chains
+from identification.trajectory.segments import Chains
 from identification.trajectory.start import problem_of
 from vibrojax.channels import EVERY_CHANNEL
 
@@ -41,26 +42,16 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     problem = problem_of(dataclasses.replace(experiment, records=records, parameters={}), law=model.law.name)
     if model.effects:
         problem = remodelled(problem, problem.start, dataclasses.replace(problem.model, effects=model.effects))
-    of_fit, border = fitted.problem.unknowns, fitted.problem.border
-    varying = {
-        name.partition(".")[2]: float(border.own_scale[place])
-        for place, name in enumerate(of_fit.own)
-        if name.startswith(VARIATION) and border.own[:, place].any()
-    }
+    varying = {name: float(fitted.problem.border.own_scale[place]) for name, place in variations(fitted.problem).items()}
     problem = with_variation(problem, varying)
-    shared = np.array([fitted.at.shared[of_fit.index(name)] for name, _ in problem.unknowns.shared])
+    shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
     start = dataclasses.replace(problem.start, shared=shared)
     return fit(dataclasses.replace(problem, border=held, start=start), progress=progress)
 
 
-def held_back_fits(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> tuple[RecordFit, ...]:
-    """Prediction of every held-back record, in their order, with the errors of forecasts."""
-    return forecasts(held_back_chain(fitted, experiment, progress))
-
-
-def forecasts(chain: Fitted | None) -> tuple[RecordFit, ...]:
-    """Records of a held-back chain with their predictions and the errors of forecasts; none without a chain."""
+def held_back_fits(chain: Fitted | None) -> tuple[RecordFit, ...]:
+    """Records of a held-back chain, in their order, with their predictions and the errors of forecasts; none without a chain."""
     if chain is None:
         return ()
     return tuple(dataclasses.replace(one, horizons=far) for one, far in zip(record_fits(chain), horizons(chain), strict=True))

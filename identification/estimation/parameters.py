@@ -14,10 +14,9 @@ from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD, VARIATION
-from identification.trajectory.start import weighable
+from identification.trajectory.start import Problem, weighable
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, reweighed
 from vibrojax.channels import UNITS
-from vibrojax.parameters import Parameter
 
 DERIVED = {"k": "N/m", "c": "N s/m"}
 """Units of the numbers derived from mass, natural frequency and damping ratio, by name."""
@@ -209,6 +208,12 @@ def derived(fitted: Fitted, spread: Uncertainty) -> tuple[Derived, ...]:
     )
 
 
+def variations(problem: Problem) -> dict[str, int]:
+    """Parameters that have a value for each record, each with the place of its deviation among a record's own numbers."""
+    own = enumerate(problem.unknowns.own)
+    return {name.partition(".")[2]: place for place, name in own if name.startswith(VARIATION) and problem.border.own[:, place].any()}
+
+
 def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """Test of homogeneity of every parameter that at least two records identify.
 
@@ -217,8 +222,7 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """
     shift, sigma = record_estimates(fitted)
     problem, files = fitted.problem, fitted.problem.chains.files
-    own = enumerate(problem.unknowns.own)
-    modelled = {name.partition(".")[2] for place, name in own if name.startswith(VARIATION) and problem.border.own[:, place].any()}
+    modelled = set(variations(problem))
     found = []
     for index, p in enumerate(problem.parameters):
         known = np.flatnonzero(sigma[:, index] < _WIDEST)
@@ -227,7 +231,8 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
         weight, moved = sigma[known, index] ** -2.0, shift[known, index]
         chi2 = float(np.sum(weight * (moved - np.sum(weight * moved) / np.sum(weight)) ** 2))
         internal = fitted.at.shared[index] / problem.border.shared_scale[index]
-        own = {files[k]: _physical(p, internal + shift[k, index], sigma[k, index]) for k in known}
+        values = {k: p.to_physical(internal + shift[k, index]) for k in known}
+        own = {files[k]: (value, float(sigma[k, index]) * p.slope(value)) for k, value in values.items()}
         degrees = len(known) - 1
         chance = float(chdtrc(degrees, chi2))
         found.append(Disagreement(name=p.name, chi2=chi2, degrees=degrees, chance=chance, records=own, modelled=p.name in modelled))
@@ -260,12 +265,6 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
         shift[record, chosen] -= inverse @ gradient[chosen]
         sigma[record, chosen] = np.sqrt(np.diag(inverse))
     return shift, sigma
-
-
-def _physical(p: Parameter, internal: float, sigma: float) -> tuple[float, float]:
-    """Value and standard error, SI."""
-    value = p.to_physical(internal)
-    return value, float(sigma) * p.slope(value)
 
 
 def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -57,10 +56,7 @@ class _Flight:
 def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: Mapping[str, Model]) -> RingDowns:
     """Damping and frequency by amplitude of the free vibrations in the records, and of models that start from the same states.
 
-    Arguments:
-        experiment: that was fitted.
-        records: with their predictions by the best model: these give contacts and initial states.
-        models: fitted, by name; the last is the best.
+    Predictions of the records, by the last of the models, give contacts and initial states.
     """
     left_out: dict[str, str] = {}
     flights: list[_Flight] = []
@@ -69,9 +65,13 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
     frequency = float(best.values().get("f_n", 0.0))
     for fit in records:
         u = measured_displacement(fit)
-        why = _why_not(experiment, fit, u)
-        if why or u is None:
-            left_out[fit.file] = why
+        if experiment.suspension.kind == "free":
+            left_out[fit.file] = "without a spring nothing vibrates"
+        elif fit.kind not in _KINDS:
+            left_out[fit.file] = "driven throughout, so that nothing decays"
+        elif u is None:
+            left_out[fit.file] = "its displacement was not recorded"
+        if u is None or fit.file in left_out:
             continue
         found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit, best)]
         flights += [one for one, points, _ in found if points is not None]
@@ -87,15 +87,6 @@ def _merged(found: Iterable[tuple[RingDown, bool]]) -> list[RingDown]:
     every = list(found)
     swings = [points for points, single in every if single]
     return [points for points, single in every if not single] + ([together(swings)] if swings else [])
-
-
-def _why_not(experiment: Experiment, fit: RecordFit, u: np.ndarray | None) -> str:
-    """Why a record has no decay to read; empty where it may have one."""
-    if experiment.suspension.kind == "free":
-        return "without a spring nothing vibrates"
-    if fit.kind not in _KINDS:
-        return "driven throughout, so that nothing decays"
-    return "" if u is not None else "its displacement was not recorded"
 
 
 def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_Flight]:
@@ -152,14 +143,14 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
     state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
     here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
     system = jax.tree.map(np.asarray, system_in(here, dataclasses.replace(one.record, gap=one.fit.gap)))
-    run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, ts, state, np.asarray(len(time)))
-    if int(run.result) != SUCCESS:
+    run = _up_to(_integrator(here, float(ts[-1] - ts[0])), system, ts, state, np.asarray(len(time)))
+    if int(run.result[0]) != SUCCESS:
         return np.zeros(0)
-    touching = np.flatnonzero(np.asarray(run.in_contact)[: len(time)])
-    return np.asarray(run.u)[: int(touching[0]) if len(touching) else len(time)]
+    touching = np.flatnonzero(np.asarray(run.in_contact)[0, : len(time)])
+    return np.asarray(run.u)[0, : int(touching[0]) if len(touching) else len(time)]
 
 
-def _integrator(model: Model, duration: float, samples: int) -> Landing:
+def _integrator(model: Model, duration: float) -> Landing:
     """Steps for the fastest vibration of the suspension and of the effects."""
     f_n = float(model.values().get("f_n", 0.0))
     flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
@@ -172,13 +163,8 @@ def _integrator(model: Model, duration: float, samples: int) -> Landing:
 
 
 @soon_compiled
-def _trajectory(integrator: Landing, system: System, ts, state, length) -> Trajectory:
+def _up_to(integrator: Landing, system: System, ts, state, length) -> Trajectory:
+    """Motion of the system as the only one of a batch, over so many of the times."""
     state = jnp.concatenate([state, jnp.zeros(system.own_size)])
-    many = integrator.batch(_lane(system), ts[None], state[None], length[None])
-    return Trajectory(ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps, many.own[0])
-
-
-def _lane(system: System) -> System:
-    """The system as the only lane of a batch."""
-    arrays, rest = eqx.partition(system, eqx.is_array_like)
-    return eqx.combine(jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], arrays), rest)
+    alone = jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], system)
+    return integrator.batch(alone, ts[None], state[None], length[None])

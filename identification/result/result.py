@@ -364,9 +364,8 @@ def strength(record: RecordFit, impact: Impact) -> float:
 def misfit(record: RecordFit, impact: Impact) -> float:
     """Mean squared residual of all fitted channels around one impact."""
     part = impact.around(len(record.time), before=0.2, after=0.2)
-    squares = [residual(record, channel)[part] ** 2 for channel in record.chi2_reduced]
-    usable = np.concatenate(squares) if squares else np.zeros(0)
-    usable = usable[np.isfinite(usable)]
+    squares = np.concatenate([np.zeros(0), *(residual(record, channel)[part] ** 2 for channel in record.chi2_reduced)])
+    usable = squares[np.isfinite(squares)]
     return float(usable.mean()) if len(usable) else 0.0
 
 

@@ -1,8 +1,7 @@
 """Equivalent damping ratio and frequency against amplitude, from the turning points of a free vibration or from flights between impacts."""
 
 import dataclasses
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,15 +22,10 @@ _MISSED = 1.5
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RingDown:
-    """Damping and frequency of one free vibration by amplitude, from the largest on.
+    """Damping and frequency of one free vibration of a record by amplitude, from the largest on.
 
-    Attributes:
-        file: of the record.
-        amplitude: half the distance between turning points, m.
-        damping: equivalent viscous damping ratio, 1.
-        damping_stderr: its standard error due to the noise.
-        frequency: of the swing, Hz.
-        frequency_stderr: its standard error due to the noise.
+    The amplitude is half the distance between turning points, m, `damping` the equivalent viscous damping ratio, `frequency` that of the
+    swing, Hz; standard errors are those due to the noise.
     """
 
     file: str
@@ -46,20 +40,13 @@ class RingDown:
 class RingDowns:
     """What the free vibrations of the records show, and what models make of the same vibrations.
 
-    Attributes:
-        measured: ring-downs as recorded.
-        models: by name ("nominal", "augmented", or that of an effect beside the nominal model), the same of their simulated motion.
-        left_out: by record file, why no decay can be read.
+    `models` has ring-downs of simulated motion by name: "nominal", "augmented", or that of an effect beside the nominal model. `left_out`
+    says why no decay can be read, by record file.
     """
 
     measured: tuple[RingDown, ...] = ()
     models: dict[str, tuple[RingDown, ...]] = dataclasses.field(default_factory=dict)
     left_out: dict[str, str] = dataclasses.field(default_factory=dict)
-
-    def document(self) -> dict[str, Any]:
-        """As plain data for `fit.json` and `diagnosis.json`; amplitudes in m, frequencies in Hz."""
-        models = {name: [dataclasses.asdict(one) for one in found] for name, found in self.models.items()}
-        return {"measured": [dataclasses.asdict(one) for one in self.measured], "models": models, "left_out": self.left_out}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -87,7 +74,7 @@ def ring_down(
         time: of the samples, s.
         u: displacement in flight without a drive, m; NaN where it was not recorded.
         noise: its standard deviation, m.
-        points: at most so many.
+        points: of the ring-down, at most.
 
     Source: M. Jin, W. Chen, M. R. W. Brake, H. Song, J. Vib. Acoust. 142 (2020) 051111 (peak finding and fitting); we fit maxima and
     minima alike.
@@ -104,18 +91,19 @@ def ring_down(
     last, over = first + every + 1, (every + 1) / 2
     lasting = turns.time[last] - turns.time[first]
     decrement = np.log(begin / end) / every
-    error = np.sqrt(_swing_variance(turns, first) / begin**2 + _swing_variance(turns, first + every) / end**2)
+    variance = turns.value_stderr[:-1] ** 2 + turns.value_stderr[1:] ** 2  # of swings
+    error = np.sqrt(variance[first] / begin**2 + variance[first + every] / end**2)
     if every == 1:  # the turning point in the middle belongs to both swings
         error = np.sqrt(error**2 - 2.0 * turns.value_stderr[first + 1] ** 2 / (begin * end))
     damping = decrement / np.hypot(np.pi, decrement)
     time_error = np.hypot(turns.time_stderr[first], turns.time_stderr[last])
     return RingDown(
         file=file,
-        amplitude=_plain(0.5 * np.sqrt(begin * end)),
-        damping=_plain(damping),
-        damping_stderr=_plain(error / every * np.pi**2 / np.hypot(np.pi, decrement) ** 3),
-        frequency=_plain(over / lasting),
-        frequency_stderr=_plain(over / lasting**2 * time_error),
+        amplitude=tuple((0.5 * np.sqrt(begin * end)).tolist()),
+        damping=tuple(damping.tolist()),
+        damping_stderr=tuple((error / every * np.pi**2 / np.hypot(np.pi, decrement) ** 3).tolist()),
+        frequency=tuple((over / lasting).tolist()),
+        frequency_stderr=tuple((over / lasting**2 * time_error).tolist()),
     )
 
 
@@ -138,13 +126,7 @@ def one_flight(
     The amplitude is the distance of the turning point from the level. Errors follow from the noise, or from the scatter about the fitted
     motion where that is larger.
 
-    Arguments:
-        file: of the record.
-        time: of the samples, s.
-        u: displacement, m; NaN where it was not recorded.
-        noise: its standard deviation, m.
-        level: of the hammer at rest, m.
-        frequency: rough, Hz.
+    Arguments are those of `ring_down`; `level` is the place of the hammer at rest, m, and `frequency` rough, Hz.
     """
     usable = np.isfinite(u)
     time, u = time[usable], u[usable] - level
@@ -199,10 +181,6 @@ def together(flights: Sequence[RingDown]) -> RingDown:
     return RingDown(file=flights[0].file, **{name: tuple(getattr(flights[k], name)[0] for k in order) for name in names})
 
 
-def _swing_variance(turns: _Turns, which: Int[np.ndarray, " swings"]) -> Float[np.ndarray, " swings"]:
-    return turns.value_stderr[which] ** 2 + turns.value_stderr[which + 1] ** 2
-
-
 def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> _Turns | None:
     """Turning points by local polynomials, up to the first that was missed or is not resolved."""
     rough = _alternating(u, noise)
@@ -231,19 +209,14 @@ def _alternating(u: Float[np.ndarray, " samples"], noise: float) -> Int[np.ndarr
     places = np.sort(np.concatenate([find_peaks(sign * u, prominence=least)[0] for sign in (1.0, -1.0)]))
     if len(places) < 3:
         return places
-    middle = float(np.median(0.5 * (u[places[1:]] + u[places[:-1]])))
-    return np.array(list(_outermost(places, u - middle)), int)
+    off = u[places] - float(np.median(0.5 * (u[places[1:]] + u[places[:-1]])))
+    between_crossings = np.split(np.arange(len(places)), np.flatnonzero(np.diff(np.sign(off))) + 1)
+    return np.array([places[part[np.argmax(np.abs(off[part]))]] for part in between_crossings], int)
 
 
 def _range_of_noise(noise: float, samples: int) -> float:
     """From the smallest to the largest of so many samples of white noise, as expected."""
     return 2.0 * noise * float(np.sqrt(2.0 * np.log(max(samples, 2))))
-
-
-def _outermost(places: Int[np.ndarray, " turns"], u: Float[np.ndarray, " samples"]) -> Iterator[int]:
-    """Of the turning points between two crossings of the middle, the outermost."""
-    for part in np.split(places, np.flatnonzero(np.diff(np.sign(u[places]))) + 1):
-        yield int(part[np.argmax(np.abs(u[part]))])
 
 
 def _polynomial(
@@ -274,7 +247,3 @@ def _polynomial(
         float(powers @ coefficients),
         float(np.sqrt(powers @ covariance @ powers)),
     )
-
-
-def _plain(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)

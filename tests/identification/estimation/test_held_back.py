@@ -74,13 +74,13 @@ def test_wrong_parameters_predict_it_worse_and_less_likely(chain, parted):
     wrong = dataclasses.replace(chain, at=dataclasses.replace(chain.at, shared=shared))
     worse, right = (held_back_chain(one, parted).solution.deviance for one in (wrong, chain))
     assert worse > right + 1000.0
-    (predicted,) = held_back_fits(wrong, parted)
+    (predicted,) = held_back_fits(held_back_chain(wrong, parted))
     assert predicted.chi2_reduced["impact_force"] > 5.0
 
 
 def test_nothing_held_back_is_nothing_predicted(parted, chain):
-    assert held_back_fits(chain, parted.fitting) == ()
     assert held_back_chain(chain, parted.fitting) is None
+    assert held_back_fits(None) == ()
 
 
 def test_reports_separate_fitted_from_predicted(fitted, tmp_path):
