@@ -1,6 +1,8 @@
 """First guesses of all parameters; those of the contact from a regression of the force-indentation loops, before any integration."""
 
-from typing import cast
+from collections.abc import Callable
+from functools import partial
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -73,7 +75,8 @@ def contact_start(
     specs, fits = {p.name: p for p in model.parameters}, []
     for exponent in _EXPONENTS if "n" in names else (None,):
         start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(_RECORDS)])
-        residual, slope = (lambda x, program=program: np.asarray(program(*given, x)) for program in (_misfit, _misfit_slope))
+        programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]
+        residual, slope = programs
         if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
             continue
         try:
@@ -90,6 +93,10 @@ def contact_start(
         values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
     errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
     return values, errors
+
+
+def _evaluated(program: Callable[..., Any], given: tuple[Any, ...], x: np.ndarray) -> Any:
+    return np.asarray(program(*given, x))
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:

@@ -142,8 +142,8 @@ def _parameter(estimate: ParameterEstimate, option: ParameterOption | None) -> t
 
 def wishes(result: FitResult) -> list[tuple[str, str]]:
     """Symbol of every parameter for which the operator set more than a start, and what."""
-    wished = [(p, result.experiment.parameters[p.spec.name]) for p in result.parameters if p.spec.name in result.experiment.parameters]
-    return [(p.spec.symbol, text) for p, option in wished if (text := _wish(p, option))]
+    options = result.experiment.parameters
+    return [(p.spec.symbol, text) for name, p in result.named.items() if name in options and (text := _wish(p, options[name]))]
 
 
 def _wish(estimate: ParameterEstimate, option: ParameterOption) -> str:
@@ -189,8 +189,7 @@ def correlations(result: FitResult) -> Table:
 
 
 def _symbols(result: FitResult) -> list[str]:
-    known = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
-    return [known.get(name, name) for name in result.correlated]
+    return [symbol_text(result.named[name].spec.symbol) for name in result.correlated]
 
 
 def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
@@ -198,7 +197,7 @@ def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
     rows = []
     for one in fits:
         read, error = recorded(one, experiment), next((n.stderr for n in one.nuisances if n.name == "gap_error"), None)
-        drive = significant(None if read is None else read.excitation_frequency, 4)
+        drive = significant(read.excitation_frequency, 4)
         gap = rounded(1e3 * one.gap, None if error is None else 1e3 * error).text
         rows.append((one.file, one.kind, drive, gap, str(one.samples), str(one.windows)))
     return Table(columns=("record", "kind", "drive (Hz)", "gap (mm)", "samples", "stretches"), rows=tuple(rows), words=(0, 1))
@@ -212,7 +211,7 @@ def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
         for channel, chi2 in record.chi2_reduced.items():
             look = label(channel, experiment)
             noise = with_unit(significant(look.factor * record.noise[channel], 2), look.unit)
-            origin = "estimated" if read is not None and channel in read.noise_estimated else "declared"
+            origin = "estimated" if channel in read.noise_estimated else "declared"
             nrmse = significant(record.nrmse.get(channel, float("nan")), 2)
             rows.append((record.file, look.words, noise, origin, significant(chi2**0.5), nrmse))
     return Table(columns=("record", "channel", "noise σ", "origin", "misfit/σ", "NRMSE"), rows=tuple(rows), words=(0, 1, 3))
@@ -284,22 +283,18 @@ def between(result: FitResult) -> Table:
     rows = []
     for one in result.between_records:
         chi2 = f"{significant(one.chi2, 3)} of {one.degrees} ({chance_text(one.chance)})"
-        rows.append((_estimate(result, one.name).spec.symbol, rounded(*one.pooled).text, significant(one.scatter, 2), chi2))
+        rows.append((result.named[one.name].spec.symbol, rounded(*one.pooled).text, significant(one.scatter, 2), chi2))
     return Table(columns=("parameter", "mean over records", "scatter", "chi-square (chance)"), rows=tuple(rows), symbols=True)
 
 
 def alone(result: FitResult) -> Table:
     """Records by parameters: what each record alone would estimate, and all together."""
     found, files = result.between_records, [record.file for record in result.records]
-    specs = [_estimate(result, one.name) for one in found]
+    specs = [result.named[one.name] for one in found]
     rows = [(file, *(rounded(*one.records[file]).text if file in one.records else NONE for one in found)) for file in files]
     together = ("all together", *(rounded(one.value, one.stderr).text for one in specs))
     headings = [f"{symbol_text(one.spec.symbol)} ({unit_text(one.spec.unit) or '1'})" for one in specs]
     return Table(columns=("record", *headings), rows=(*rows, together), bold=(len(rows),))
-
-
-def _estimate(result: FitResult, name: str) -> ParameterEstimate:
-    return next(one for one in result.parameters if one.spec.name == name)
 
 
 def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tuple[Table, list[str]]:
@@ -318,11 +313,11 @@ def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tup
 
 
 def posterior(result: FitResult) -> Table:
-    """Sampled parameters beside the intervals of the fit; no rows where the posterior was not sampled."""
-    rows: list[tuple[str, ...]] = []
-    for name in () if (sample := result.posterior) is None else sample.names:
-        assert sample is not None
-        estimate = _estimate(result, name)
+    """Sampled parameters beside the intervals of the fit, where the posterior was sampled."""
+    sample, rows = result.posterior, []
+    assert sample is not None
+    for name in sample.names:
+        estimate = result.named[name]
         shown = rounded(*sample.moments(name))
         ends = [sample.interval(name), estimate.ci95]
         texts = [NONE if pair is None else f"{shown.alike(pair[0])} … {shown.alike(pair[1])}{shown.times}" for pair in ends]
@@ -333,9 +328,9 @@ def posterior(result: FitResult) -> Table:
 
 
 def posterior_words(result: FitResult) -> str:
-    """How the posterior was sampled, in one sentence; empty where it was not."""
-    if (sample := result.posterior) is None:
-        return ""
+    """How the posterior was sampled, in one sentence."""
+    sample = result.posterior
+    assert sample is not None
     return (
         f"Posterior of the same likelihood (flat in the coordinates of the fit, times the priors above if any): {len(sample.weight)} "
         f"weighted draws, worth {sample.effective:.0f} of equal weight; shape of the weights' tail {sample.tail:.2f}, "

@@ -8,7 +8,7 @@ import numpy as np
 
 from identification.estimation.held_back import has_signal, rms_nrmse
 from identification.result.evidence import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
-from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, RecordFit, SensorError, residual
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, SensorError, residual
 from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import chance_text, joined, percent, significant
 
@@ -110,7 +110,8 @@ def judge(result: FitResult) -> Verdict:
         level = PARTLY if level == GOOD else level
         worst_words += f"; {contradiction}"
     if result.held_back:
-        unpredicted = [f"{spoken(name)} of {one.file}" for one in result.held_back for name in one.nrmse if not _is_predicted(one, name)]
+        worse = [(name, one) for one in result.held_back for name, error in one.nrmse.items() if has_signal(one, name) and not error < 1.0]
+        unpredicted = [f"{spoken(name)} of {one.file}" for name, one in worse]
         level = PARTLY if unpredicted and level == GOOD else level
         if math.isfinite(error := rms_nrmse(result.held_back)):
             worst_words += f"; the error on records held back is {percent(error, 1.0)}"
@@ -137,14 +138,9 @@ def contradicting(result: FitResult) -> str:
     if not found:
         return ""
     one = min(found, key=lambda each: (each.chance, -each.chi2))
-    symbol = symbol_text(next(each.spec.symbol for each in result.parameters if each.spec.name == one.name))
+    symbol = symbol_text(result.named[one.name].spec.symbol)
     chi2 = f"chi-square {significant(one.chi2, 3)} of {one.degrees}, chance {chance_text(one.chance)}"
     return f"the records contradict each other in {symbol} ({chi2}): its standard error does not cover a new record"
-
-
-def _is_predicted(record: RecordFit, channel: str) -> bool:
-    """Whether a channel held back is predicted better than by its mean, or holds no signal."""
-    return not has_signal(record, channel) or record.nrmse[channel] < 1.0
 
 
 def parts(result: FitResult) -> Iterator[Part]:
@@ -218,8 +214,7 @@ def next_steps(result: FitResult, verdict: Verdict) -> tuple[str, ...]:
 
 def _inseparable(result: FitResult) -> list[str]:
     """Pairs of contact parameters whose estimates are almost perfectly correlated."""
-    symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
-    law = {p.name for p in result.model.law.parameters}
+    symbols, law = {name: symbol_text(p.spec.symbol) for name, p in result.named.items()}, {p.name for p in result.model.law.parameters}
     return [
         f"{symbols[first]} and {symbols[second]}"
         for i, first in enumerate(result.correlated)

@@ -169,8 +169,6 @@ def plain(value: Any) -> Any:
         >>> plain({"a": np.array([1.0, np.nan]), 2: (np.True_, np.int64(3))})
         {'a': [1.0, None], '2': [True, 3]}
     """
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -181,6 +179,8 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return value if isinstance(value, int) else str(value)
 
 

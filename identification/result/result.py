@@ -311,6 +311,11 @@ class FitResult:
     likelihood: Likelihood | None = None
     started_from: StartedFrom | None = None
 
+    @property
+    def named(self) -> dict[str, ParameterEstimate]:
+        """The parameters by name."""
+        return {one.spec.name: one for one in self.parameters}
+
 
 _MERGED = 3
 """Samples out of contact that do not separate two impacts."""
