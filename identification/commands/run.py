@@ -225,7 +225,7 @@ def write_fit(
 ) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
-    write_fit_json(result, folder / "fit.json", origin)
+    write_fit_json(result, folder / "fit.json")
     write_model(result.model, folder / "model.json", provenance=origin)
     write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
     if result.posterior is not None:

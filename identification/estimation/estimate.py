@@ -147,10 +147,10 @@ def fit_experiment(
 
 
 def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formula] = (), progress: Progress) -> tuple[Fitted, Added]:
-    """The fitted model with effects, added in the order of `names`, each fitted anew with everything else, and what they gain.
+    """The fitted model with effects, whether or not the records give evidence of them, and what they gain.
 
-    Names are those of listed effects or of `terms`, forces of the user. Of the candidates of an effect (frequencies, channels, records,
-    first values), that with the largest expected gain is the start.
+    They are added in the order of `names`, of listed effects or of `terms`, forces of the user, each fitted anew with everything else. Of
+    the candidates of an effect (frequencies, channels, records, first values), that with the largest expected gain is the start.
 
     Raises:
         InputError: an effect has nothing to act on in these records.
@@ -223,17 +223,15 @@ def _converged(found: Fitted) -> Fitted:
 
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
     """Chi-square of the free motion over the noise, and its degrees of freedom; a stretch that is not led has a state of its own."""
-    problem = found.problem
-    chi2, stretches = 0.0, 0
+    problem, chi2 = found.problem, 0.0
     for index, record in enumerate(records):
         weight = problem.chains.series(index, problem.chains.weight, len(record.time))
         for column, name in enumerate(problem.chains.channels):
             if name in record.chi2_reduced:
                 chi2 += record.chi2_reduced[name] * int((weight[:, column] > 0).sum())
-        stretches += 0 if record.kind == "prescribed" else record.windows
+    stretches = sum(record.windows for record in records if record.kind != "prescribed")
     samples = int((problem.chains.weight > 0).sum())
-    border = problem.border
-    return chi2, samples - int(border.shared.sum()) - int(border.own.sum()) - len(problem.unknowns.states) * stretches
+    return chi2, samples - _unknowns(found) - len(problem.unknowns.states) * stretches
 
 
 def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:
@@ -248,10 +246,10 @@ def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:
 def _moved_starts(problem: Problem, earlier: Mapping[str, float]) -> tuple[str, ...]:
     """Warnings on values of an earlier fit that lie outside the range of this one."""
     given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
-    moved = [p for p in problem.parameters if p.name in earlier and p.name not in given and not p.lower <= earlier[p.name] <= p.upper]
     return tuple(
         f"{p.name} = {earlier[p.name]:g} of the earlier fit lies outside {p.lower:g} to {p.upper:g}: the fit starts at the edge"
-        for p in moved
+        for p in problem.parameters
+        if p.name in earlier and p.name not in given and not p.lower <= earlier[p.name] <= p.upper
     )
 
 
@@ -274,22 +272,16 @@ def _warnings(
         warnings.append(f"{restless.sentence()} {allowed}; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         warnings.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
-    return (*warnings, *_implausible_gaps(found.problem), *of_sample)
-
-
-def _implausible_gaps(problem: Problem) -> tuple[str, ...]:
-    """Warnings on records whose load cell shows impacts while the recorded hammer stays clear of the stop."""
-    found = []
-    for record, motion in zip(problem.experiment.records, problem.motions, strict=True):
+    for record, motion in zip(found.problem.experiment.records, found.problem.motions, strict=True):
         if motion is None or motion.force is None or motion.touching.any():
             continue
         peak = float(motion.force.max())
         if peak > _STRUCK * record.noise["impact_force"]:
-            found.append(
+            warnings.append(
                 f"the load cell of {record.file} reads up to {peak:.3g} N, but the hammer stays {record.gap - motion.u.max():.3g} m short"
                 " of the stop: check gap, unit and sign of the displacement"
             )
-    return tuple(found)
+    return (*warnings, *of_sample)
 
 
 class _Clock:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import root_scalar
 
-from identification.estimation.simulate import system_in
+from identification.estimation.simulate import system_in, without_faults
 from identification.experiment import Experiment, Record
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
@@ -141,7 +141,7 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
     interval = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     ts = np.concatenate([time, time[-1] + interval * np.arange(1, padded - len(time) + 1)])
     state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
-    here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
+    here = without_faults(model)
     system = jax.tree.map(np.asarray, system_in(here, dataclasses.replace(one.record, gap=one.fit.gap)))
     run = _up_to(_integrator(here, float(ts[-1] - ts[0])), system, ts, state, np.asarray(len(time)))
     if int(run.result[0]) != SUCCESS:

@@ -31,7 +31,7 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     Raises `ExperimentError` where the record gives neither, `NoConvergenceError` where the integration fails.
     """
     if not as_recorded:
-        model = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault), recorder=())
+        model = dataclasses.replace(without_faults(model), recorder=())
     amplitude, phase = _base(record)
     system = system_in(model, record, amplitude, phase)
     state = _state(model, record, amplitude, phase)
@@ -44,6 +44,11 @@ def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) 
     readings = channels(system, trajectory)
     names = CHANNELS if guided is None else EVERY_CHANNEL
     return {"time": record.time} | {name: np.asarray(readings[name]) for name in names}
+
+
+def without_faults(model: Model) -> Model:
+    """The model without those of its effects that are faults of a sensor."""
+    return dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
 
 
 def _integrator(model: Model, record: Record) -> Landing:

@@ -27,10 +27,7 @@ def from_release(record: Record) -> Record:
 
     The model does not describe the hold, so that stretch is left out, with a notice. Released from rest, the hammer passes a small distance
     d after sqrt(2 d / a) and 4 d after twice that time, so two thresholds a little above the noise give the instant. A record that begins
-    with the motion, or in it, is unchanged.
-
-    Args:
-        record: of a drop test or a free decay; others are returned unchanged.
+    with the motion, or in it, is unchanged, and so is one that is neither a drop test nor a free decay.
     """
     begin = 0 if record.kind not in _KINDS else _release(record)
     if begin == 0:

@@ -201,23 +201,20 @@ def measured_motion(record: Record) -> SampledMotion:
     displacement sensor it is the integrated acceleration, less its straight line. The acceleration is the recorded one, or the second
     derivative of that spline.
     """
-    time, channels = record.time, record.channels
-    if "cart_displacement" not in channels and "cart_acceleration" not in channels:
+    time, displacement, recorded = record.time, *(record.channels.get(name) for name in ("cart_displacement", "cart_acceleration"))
+    acceleration = None if recorded is None else CubicSpline(time, bridged(time, recorded))
+    if displacement is not None:
+        smooth = _smoothing(time, bridged(time, displacement), record.noise.get("cart_displacement", 0.0))
+        position = CubicSpline(time, splev(time, smooth))
+        acceleration = acceleration or CubicSpline(time, splev(time, smooth, der=2))
+    elif acceleration is not None:
+        drifting = acceleration.antiderivative(2)(time)
+        position = CubicSpline(time, drifting - np.polyval(np.polyfit(time, drifting, 1), time))
+    else:
         raise ExperimentError(
             f'record {record.file!r} says base = "measured" but holds neither cart_displacement nor cart_acceleration:'
             ' record one of them or set base = "sine"'
         )
-    smooth = None
-    if "cart_displacement" in channels:
-        noise = record.noise.get("cart_displacement", 0.0)
-        smooth = _smoothing(time, bridged(time, channels["cart_displacement"]), noise)
-    recorded = bridged(time, channels["cart_acceleration"]) if "cart_acceleration" in channels else splev(time, smooth, der=2)
-    acceleration = CubicSpline(time, recorded)
-    if smooth is not None:
-        position = CubicSpline(time, splev(time, smooth))
-    else:
-        drifting = acceleration.antiderivative(2)(time)
-        position = CubicSpline(time, drifting - np.polyval(np.polyfit(time, drifting, 1), time))
     return SampledMotion(position=_signal(position), second_derivative=_signal(acceleration))
 
 

@@ -38,16 +38,8 @@ def unseen_bases(
 
     In flight x'' + 2 zeta omega_n x' + omega_n^2 x = 2 zeta omega_n y' + omega_n^2 y = p sin(Omega t) + q cos(Omega t), plus a constant for
     the sensor's zero and a load. Multiplied by a bump and integrated by parts, this is linear in all its unknowns. omega_n and zeta are
-    common to all records, also those with a known cart, each with its own information.
-
-    Args:
-        records: of the experiment.
-        motions: as read from displacements; None where the cart is unknown.
-        mass: of the hammer, kg.
-        load: constant forces that are known.
-
-    Returns:
-        The motions with those that were found, and by index of the record amplitude, m, and phase, rad.
+    common to all records, also those with a known cart, each with its own information. `motions` are None where the cart is unknown;
+    sines are by index of the record.
     """
     unseen = [
         i for i, record in enumerate(records) if motions[i] is None and cart_is_unseen(record) and "hammer_displacement" in record.channels
@@ -122,17 +114,9 @@ def integrated_motions(
     and amplitude and phase of a sine y without a sensor, one for the whole record. zeta and omega_n come from the weak form of the same
     equation in all records with a known cart; where the cart is unknown in some, they then minimise the residual of the equations.
 
-    Args:
-        records: of the experiment.
-        motions: as read from displacements; None where there are none.
-        base: y'' of each record as far as known, m/s^2, shape (samples,).
-        mass: of the hammer, kg.
-        stop: whether the model has a stop.
-        load: constant forces that are known.
-
-    Returns:
-        The motions, still None where no acceleration was recorded or where it shows no vibration on a spring; and by index of the record
-        amplitude, m, and phase, rad, of the carts without a sensor.
+    `motions` are None where no displacement was recorded, and still None afterwards where no acceleration was recorded or where it shows no
+    vibration on a spring; `base` is y'' of each record as far as known, m/s^2, shape (samples,); `stop` says whether the model has one.
+    Sines are by index of the record.
     """
     wanted = [i for i, r in enumerate(records) if motions[i] is None and "hammer_acceleration" in r.channels and r.kind != "prescribed"]
     pieced = [_Pieced(record=records[i], rough=_rough(records[i], base[i], mass=mass, stop=stop), mass=mass, load=load) for i in wanted]

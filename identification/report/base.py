@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from identification.experiment import Experiment, Record
 from identification.result.result import FitResult, RecordFit
 from identification.wording import ON_PAPER, ON_SCREEN
-from identification.wording.names import prose_html, symbol_html
+from identification.wording.names import equation_html, prose_html, symbol_html
 from identification.wording.numbers import significant
 from vibrojax.drawing import BLUE, COLOURS, ORANGE, PAGE_SCALE, PALE, WIDTH, envelope, footnote, new_figure, pdf, png
 from vibrojax.drawing import style as drawing_style
@@ -132,32 +132,22 @@ def rendered(
     return images
 
 
-def write_page(html: str, images: list[Image], folder: Path, name: str = "report.html") -> list[Path]:
-    """Write the page, and the files of its images beside it; returns the paths, the page first."""
-    written = [folder / name]
-    written[0].write_text(html, encoding="utf-8")
-    for image in images:
-        for suffix, content in image.files.items():
-            written.append(folder / f"{image.picture.name}.{suffix}")
-            written[-1].write_bytes(content)
-    return written
-
-
-def framed(
+def write_page(
     template: str,
     images: list[Image],
     style: PageStyle,
+    folder: Path,
     *,
+    file: str = "report.html",
     next_steps: tuple[str, ...],
     provenance: Mapping[str, Any],
     seconds: Mapping[str, float],
-    filters: Mapping[str, Callable[..., Any]] | None = None,
     **content: Any,
-) -> str:
-    """A page that loads nothing from outside itself, from a template that extends `frame.html`.
+) -> list[Path]:
+    """Write a page that loads nothing from outside itself, and the files of its images beside it; returns the paths, the page first.
 
-    What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences with commands between back quotes;
-    `seconds` has wall time by stage, s, or under "total" as one.
+    The template extends `frame.html`. What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences
+    with commands between back quotes; `seconds` has wall time by stage, s, or under "total" as one.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("identification.report", ""),
@@ -166,9 +156,8 @@ def framed(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    own = {"symbol": symbol_html, "prose": prose_html, "number": significant, "step": _step_html}
-    environment.filters.update(own, **(filters or {}))
-    return environment.get_template(template).render(
+    environment.filters.update(symbol=symbol_html, prose=prose_html, number=significant, step=_step_html, equation=equation_html)
+    html = environment.get_template(template).render(
         images=images,
         style=style,
         next_steps=next_steps,
@@ -177,6 +166,12 @@ def framed(
         stages={} if "total" in seconds else seconds,
         **content,
     )
+    written = {folder / file: html.encode()}
+    for image in images:
+        written |= {folder / f"{image.picture.name}.{suffix}": drawn for suffix, drawn in image.files.items()}
+    for path, written_bytes in written.items():
+        path.write_bytes(written_bytes)
+    return list(written)
 
 
 def _step_html(text: str) -> Markup:

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from rich.console import Group
 from rich.text import Text
 
-from identification.report.base import PageStyle, Picture, framed, panels, rendered, write_page
+from identification.report.base import PageStyle, Picture, panels, rendered, write_page
 from identification.report.tables import Table
 from identification.report.verdict import GOOD, PARTLY, POOR
 from identification.result.batch import BAD_INPUT, NO_CONVERGENCE, BatchParameter, BatchRow
@@ -82,10 +82,12 @@ def write_batch(rows: Rows, folder: Path, *, name: str, options: Mapping[str, An
     images = rendered((_parameters,), rows, lambda picture: f"{name}; {headline(rows)}", style)
     level = GOOD if all(row.status == GOOD for row in rows) else POOR if failed or any(row.status == POOR for row in rows) else PARTLY
     spent = sum(row.seconds for row in rows)
-    html = framed(
+    write_page(
         PAGE,
         images,
         style,
+        folder,
+        file=PAGE,
         next_steps=_next_steps(fitted, failed),
         provenance={key: value for key, value in options.items() if value is not None and value is not False and value != []},
         seconds={"all fits together": spent},
@@ -99,7 +101,6 @@ def write_batch(rows: Rows, folder: Path, *, name: str, options: Mapping[str, An
         found=batch_table(rows, linked=True),
         legend=_LEGEND,
     )
-    write_page(html, images, folder, PAGE)
 
 
 def _write_table(rows: Rows, path: Path) -> None:

@@ -1,16 +1,13 @@
 """`report.html` of a fit or a diagnosis: one page that stands alone, with every image inside, and the plots beside it."""
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup, escape
-
 from identification.diagnosis.diagnosis import MISSING, Diagnosis
 from identification.diagnosis.files import diagnosis_provenance
 from identification.report import diagnosis_tables, tables
-from identification.report.base import SCREEN, PageStyle, Progress, framed, rendered, subject, write_page
+from identification.report.base import SCREEN, PageStyle, Progress, rendered, subject, write_page
 from identification.report.contact import loops, phase_plane, restitution, restitution_of_both
 from identification.report.decay import ring_downs, ring_downs_of_both
 from identification.report.diagnosis_figures import before_after, missing, missing_over_others, residual_maps
@@ -24,8 +21,6 @@ from identification.wording.numbers import grouped, joined, significant
 
 FIGURES = (loops, restitution, phase_plane, ring_downs, overlay, impact_closeups, residuals, likelihood_profiles, posterior)
 FIGURES_OF_DIAGNOSIS = (missing, before_after, missing_over_others, residual_maps, restitution_of_both, ring_downs_of_both)
-_GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
-_SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("&#39;&#39;", "″"), ("&#39;", "′"), (" * ", " · "))
 
 
 def write_report(
@@ -37,18 +32,9 @@ def write_report(
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
+    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF, into a folder that exists; the page is first.
 
-    Args:
-        result: of the fit.
-        folder: that receives the files; it must exist.
-        reference: known values to set beside the fitted ones.
-        provenance: as in `fit.json`; by default that of the result.
-        style: in colours, or in black and white.
-        progress: called with a line of text for each figure.
-
-    Returns:
-        Paths of the files, the page first.
+    Known values in a `reference` are set beside the fitted ones. The provenance is as in `fit.json`, by default that of the result.
 
     Raises:
         InputError: the reference does not suit the fit; nothing is written then.
@@ -56,10 +42,11 @@ def write_report(
     compared = None if reference is None else tables.comparison(compare(result, reference), reference)
     images = rendered(FIGURES, result, lambda picture: subject(result.experiment, result.records, picture.record), style, progress)
     verdict, drawn = judge(result), {image.picture.record for image in images}
-    html = framed(
+    return write_page(
         "fit.html",
         images,
         style,
+        folder,
         next_steps=next_steps(result, verdict),
         provenance=provenance_of(result) if provenance is None else provenance,
         seconds=result.seconds,
@@ -76,7 +63,6 @@ def write_report(
         unread=grouped(result.ring_downs.left_out.items()),
         shift=significant(result.discretisation, 2),
     )
-    return write_page(html, images, folder)
 
 
 def write_diagnosis_report(
@@ -87,22 +73,19 @@ def write_diagnosis_report(
     style: PageStyle = SCREEN,
     progress: Progress = lambda stage: None,
 ) -> list[Path]:
-    """Write `report.html`, and every plot as PNG, with a style for paper also as PDF.
-
-    Arguments and result are those of `write_report`.
-    """
+    """Write the same of a diagnosis."""
     experiment, records = diagnosis.experiment, diagnosis.nominal.records
     images = rendered(FIGURES_OF_DIAGNOSIS, diagnosis, lambda picture: subject(experiment, records, picture.record), style, progress)
     drawn, listed = {image.picture.record for image in images}, diagnosis_tables.strongest(diagnosis)
     fitted = [one for one in listed if one.drop is not None] or list(listed[:5])
-    html = framed(
+    return write_page(
         "diagnosis.html",
         images,
         style,
+        folder,
         next_steps=diagnosis_tables.next_steps(diagnosis),
         provenance=diagnosis_provenance(diagnosis) if provenance is None else provenance,
         seconds=diagnosis.seconds,
-        filters={"equation": equation_html},
         diagnosis=diagnosis,
         tables=diagnosis_tables,
         load=tables.load_words(diagnosis.nominal_model),
@@ -115,23 +98,3 @@ def write_diagnosis_report(
         readings=tables.reading_errors(diagnosis.reading_error, diagnosis.experiment),
         samples=sum(record.samples for record in records),
     )
-    return write_page(html, images, folder)
-
-
-def equation_html(text: str) -> Markup:
-    """An equation of an effect, written in plain text, with lowered indices, raised powers, Greek letters and proper signs.
-
-    Example:
-        >>> print(equation_html("force = -k_3 u^3"))
-        force = −k<sub>3</sub> u<sup>3</sup>
-        >>> print(equation_html("-3.10(20)e+05 N/m^3 u"))
-        −3.10(20) × 10<sup>5</sup> N/m<sup>3</sup> u
-    """
-    html = str(escape(text))
-    html = re.sub(r"(?<=[\d)])e([-+]?\d+)\b", lambda found: f" × 10<sup>{int(found[1])}</sup>", html)
-    html = re.sub(r"\^(\w+|\([^)]*\))", lambda found: f"<sup>{found[1].strip('()')}</sup>", html)
-    html = re.sub(r"(?<=[^\W\d])(?:_(\w+|\([^)]*\))|(\d+))", lambda found: f"<sub>{(found[1] or found[2]).strip('()')}</sub>", html)
-    html = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|<)", lambda found: _GREEK[found[1]], html)
-    for plain, proper in _SIGNS:
-        html = html.replace(plain, proper)
-    return Markup(html)

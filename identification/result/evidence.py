@@ -14,14 +14,14 @@ OVERALL, ONE_CHANNEL = 0.05, 0.1
 """Relative excess of chi-square allowed for an imperfect noise figure: of all records together, of a single channel."""
 
 
-def chi2_limit(degrees: int, allowance: float, *, chance: float = BY_NOISE) -> float:
-    """Reduced chi-square that pure noise exceeds with probability `chance`, times 1 + `allowance` for an imperfect noise figure.
+def chi2_limit(degrees: int, allowance: float) -> float:
+    """Reduced chi-square that pure noise exceeds with probability `BY_NOISE`, times 1 + `allowance` for an imperfect noise figure.
 
     Example:
         >>> round(chi2_limit(100_000, 0.0), 4)
         1.0139
     """
-    return float(chdtri(max(degrees, 1), chance)) / max(degrees, 1) * (1.0 + allowance)
+    return float(chdtri(max(degrees, 1), BY_NOISE)) / max(degrees, 1) * (1.0 + allowance)
 
 
 def chance(gain: float, degrees: int, trials: int) -> float:

@@ -86,11 +86,8 @@ def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) ->
     return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
 
 
-def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Fit result as plain data for `fit.json`, parameters by name in the order of the tables; what is not finite becomes None.
-
-    `provenance_` adds to `provenance(result)`; a key given there takes precedence.
-    """
+def fit_json(result: FitResult) -> dict[str, Any]:
+    """Fit result as plain data for `fit.json`, parameters by name in the order of the tables; what is not finite becomes None."""
     document = {
         "schema": SCHEMA,
         "experiment": result.experiment.name,
@@ -118,14 +115,14 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "warnings": result.warnings,
         "records": [_record(record) for record in result.records],
         "held_back": [_record(record) for record in result.held_back],
-        "provenance": provenance(result) | dict(provenance_ or {}),
+        "provenance": provenance(result),
     }
     return plain(document)
 
 
-def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
+def write_fit_json(result: FitResult, path: Path) -> None:
     """Write `fit_json` to a file."""
-    write_json(fit_json(result, provenance_), path)
+    write_json(fit_json(result), path)
 
 
 def read_estimates(path: Path) -> dict[str, tuple[float, str]]:

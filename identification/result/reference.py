@@ -18,7 +18,7 @@ ABSENT = "not stated"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ReferenceValue:
-    """One reference value: name as in `fit.json`, the symbol and the place (figure, table or page) of its source, a note for the reader.
+    """One reference value: name as in `fit.json`, the symbol and the place (figure, table or page) of its source.
 
     `value` and its standard error are in `unit`; None where they have not been entered.
     """
@@ -29,7 +29,6 @@ class ReferenceValue:
     unit: str
     source: str
     stderr: float | None = None
-    note: str = ""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -173,5 +172,4 @@ def _row(values: dict[str, object], where: str) -> ReferenceValue:
         unit=table.needed_string("unit"),
         source=table.needed_string("source"),
         stderr=table.number("stderr", positive=True),
-        note=table.string("note") or "",
     )

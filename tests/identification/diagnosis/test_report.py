@@ -16,7 +16,7 @@ from identification.report.decay import ring_downs_of_both
 from identification.report.diagnosis_figures import stretches
 from identification.report.diagnosis_tables import changes, scatter
 from identification.report.page import FIGURES_OF_DIAGNOSIS as FIGURES
-from identification.report.page import equation_html
+from identification.wording.names import equation_html
 from identification.wording.numbers import NONE
 from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result
