@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
 
 import jax
 import jax.numpy as jnp
@@ -32,7 +33,7 @@ _MARGIN = 2
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Flight:
-    """Samples of a record between contacts; `noise` and `level`, about which it swings, are those of the displacement, m.
+    """Samples of a record between contacts: displacement u as measured, its noise, and the level about which it swings, m.
 
     `returns`: a contact ends it; otherwise the hammer may have come to rest in it.
     """
@@ -40,17 +41,10 @@ class _Flight:
     record: Record
     fit: RecordFit
     part: slice
+    u: np.ndarray
     noise: float
     level: float
     returns: bool
-
-    def ring_down(self, u: np.ndarray, frequency: float, level: float) -> tuple[RingDown | None, bool]:
-        """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
-        time = self.fit.time[self.part][: len(u)]
-        long = ring_down(self.fit.file, time, u, noise=self.noise)
-        if long is not None or not self.returns:
-            return long, False
-        return one_flight(self.fit.file, time, u, noise=self.noise, level=level, frequency=frequency), True
 
 
 def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: Mapping[str, Model]) -> RingDowns:
@@ -60,7 +54,6 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
     """
     left_out: dict[str, str] = {}
     flights: list[_Flight] = []
-    measured: list[RingDown] = []
     best = list(models.values())[-1]
     frequency = float(best.values().get("f_n", 0.0))
     for fit in records:
@@ -71,25 +64,44 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
             left_out[fit.file] = "driven throughout, so that nothing decays"
         elif u is None:
             left_out[fit.file] = "its displacement was not recorded"
-        if u is None or fit.file in left_out:
-            continue
-        found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit, best)]
-        flights += [one for one, points, _ in found if points is not None]
-        measured += _merged((points, single) for _, points, single in found if points is not None)
-        if not any(points is not None for _, points, _ in found):
-            left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
-    simulated = {name: _of_model(model, flights, frequency) for name, model in models.items()}
-    return RingDowns(measured=tuple(measured), models=simulated, left_out=left_out)
+        else:
+            able = [one for one in _flights(experiment, fit, u, best) if _read(one, one.u, one.level, frequency)[0] is not None]
+            flights += able
+            if not able:
+                left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
+    longest = max((len(one.u) for one in flights), default=0)
+    padded = longest + -longest % _PADDED_TO
+    simulated = {
+        name: _by_record([(one, _simulated(model, one, padded), rest_place(model, one.record)) for one in flights], frequency)
+        for name, model in models.items()
+    }
+    measured = _by_record([(one, one.u, one.level) for one in flights], frequency)
+    return RingDowns(measured=measured, models=simulated, left_out=left_out)
 
 
-def _merged(found: Iterable[tuple[RingDown, bool]]) -> list[RingDown]:
-    """Ring-downs of one record; its single swings as one."""
-    every = list(found)
-    swings = [points for points, single in every if single]
-    return [points for points, single in every if not single] + ([together(swings)] if swings else [])
+def _by_record(motions: Iterable[tuple[_Flight, np.ndarray, float]], frequency: float) -> tuple[RingDown, ...]:
+    """Ring-downs of motions about their levels along flights, record by record; single swings of a record as one."""
+    found = []
+    for _, group in groupby(motions, key=lambda motion: motion[0].fit.file):
+        swings = []
+        for motion in group:
+            points, single = _read(*motion, frequency)
+            if points is not None:
+                (swings if single else found).append(points)
+        found += [together(swings)] if swings else []
+    return tuple(found)
 
 
-def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_Flight]:
+def _read(flight: _Flight, u: np.ndarray, level: float, frequency: float) -> tuple[RingDown | None, bool]:
+    """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
+    file, time = flight.fit.file, flight.fit.time[flight.part][: len(u)]
+    long = ring_down(file, time, u, noise=flight.noise)
+    if long is not None or not flight.returns:
+        return long, False
+    return one_flight(file, time, u, noise=flight.noise, level=level, frequency=frequency), True
+
+
+def _flights(experiment: Experiment, fit: RecordFit, u: np.ndarray, model: Model) -> Iterator[_Flight]:
     """Flights of a record in which the motion is predicted; the model says where the hammer rests."""
     record = next(one for one in experiment.records if one.file == fit.file)
     names = ("relative_displacement",) if "relative_displacement" in fit.measured else ("hammer_displacement", "cart_displacement")
@@ -101,20 +113,8 @@ def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_
     near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        yield _Flight(record=record, fit=fit, part=slice(first, end), noise=noise, level=level, returns=end < len(near) and bool(near[end]))
-
-
-def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[RingDown, ...]:
-    """The model's own ring-downs from the states in which the measured ones begin."""
-    longest = max((one.part.stop - one.part.start for one in flights), default=0)
-    padded = longest + -longest % _PADDED_TO
-    found = [(one.fit.file, *one.ring_down(_simulated(model, one, padded), frequency, rest_place(model, one.record))) for one in flights]
-    files = dict.fromkeys(file for file, _, _ in found)
-    return tuple(
-        each
-        for file in files
-        for each in _merged((points, single) for other, points, single in found if other == file and points is not None)
-    )
+        part, returns = slice(first, end), end < len(near) and bool(near[end])
+        yield _Flight(record=record, fit=fit, part=part, u=u[part], noise=noise, level=level, returns=returns)
 
 
 def rest_place(model: Model, record: Record) -> float:

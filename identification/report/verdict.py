@@ -31,27 +31,22 @@ class Part:
     chi2: float
 
     @property
-    def times_noise(self) -> float:
-        return math.sqrt(self.chi2)
-
-    @property
     def excess(self) -> float:
         """Chi-square over what noise could make of it."""
         return self.chi2 / chi2_limit(self.samples, ONE_CHANNEL)
 
     @property
     def words(self) -> str:
-        return f"{spoken(self.channel)} in {self.phase} of {self.file}"
+        return f"{spoken(self.channel)} in {self.phase} of {self.file}, {_times(math.sqrt(self.chi2))} the noise"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, further ones, and the part with the largest excess of chi-square."""
+    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, and further ones."""
 
     level: str
     sentence: str
     remarks: tuple[str, ...]
-    worst: Part | None
 
 
 def added_sentence(added: Added) -> str:
@@ -98,25 +93,20 @@ def judge(result: FitResult) -> Verdict:
         level = PARTLY
     else:
         sentence, level = f"The model explains the records to the noise ({overall})", GOOD
-    worst_words = ""
-    if level != GOOD:
-        worst_words = f"; worst is {worst.words}, {_times(worst.times_noise)} the noise" if worst is not None else ""
+    clauses = [f"; worst is {worst.words}"] if level != GOOD and worst is not None else []
     if not result.converged:
         sentence, level = f"The iteration did NOT converge, and the numbers below are where it stopped. {sentence}", POOR
-    if coloured := not_white(result.reading_error):
+    for clause in filter(None, (not_white(result.reading_error), contradicting(result))):
         level = PARTLY if level == GOOD else level
-        worst_words += f"; {coloured}"
-    if contradiction := contradicting(result):
-        level = PARTLY if level == GOOD else level
-        worst_words += f"; {contradiction}"
+        clauses.append(f"; {clause}")
     if result.held_back:
         worse = [(name, one) for one in result.held_back for name, error in one.nrmse.items() if has_signal(one, name) and not error < 1.0]
         unpredicted = [f"{spoken(name)} of {one.file}" for name, one in worse]
         level = PARTLY if unpredicted and level == GOOD else level
         if math.isfinite(error := rms_nrmse(result.held_back)):
-            worst_words += f"; the error on records held back is {percent(error, 1.0)}"
-        worst_words += f", and {unpredicted[0]} is predicted no better than by its mean" if unpredicted else ""
-    return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
+            clauses.append(f"; the error on records held back is {percent(error, 1.0)}")
+        clauses += [f", and {unpredicted[0]} is predicted no better than by its mean"] if unpredicted else []
+    return Verdict(level=level, sentence=f"{sentence}{''.join(clauses)}.", remarks=remarks)
 
 
 def not_white(errors: Mapping[str, SensorError]) -> str:
