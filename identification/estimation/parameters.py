@@ -102,38 +102,38 @@ def estimates(
         first: guesses that the fit began with, SI.
         profiled: whether intervals of weak parameters come from profiles of the likelihood, which takes a few fits for each.
     """
-    values = fitted.problem.values(fitted.at)
-    return [
-        dataclasses.replace(
-            _estimate(fitted, spread, index, profiled=profiled),
-            initial=float(first.get(p.name, values[p.name])),
-            between=between[p.name] * (values[p.name] if p.logarithmic else 1.0) if p.name in between else None,
+    problem, values, found = fitted.problem, fitted.problem.values(fitted.at), []
+    for index, spec in enumerate(problem.parameters):
+        internal = float(fitted.at.shared[index] / problem.border.shared_scale[index])
+        value, sigma = spec.to_physical(internal), float(spread.stderr[index])
+        stderr, interval, kind, status, reason = None, None, "", OK, ""
+        if not spread.identifiable[index]:
+            status, reason = NOT_IDENTIFIABLE, _why_not(fitted, spec.name)
+        elif not problem.border.shared[index]:
+            given = spec.name in problem.experiment.parameters
+            status, reason = FIXED, "held at the value given in [parameters]" if given else "held where the expected improvement is largest"
+        elif spread.at_bound[index]:
+            status, reason = AT_BOUND, f"stopped at {value:.4g}, the edge of its range"
+        else:
+            ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
+            if profiled and sigma > _WEAK:
+                ends, kind = _by_profile(fitted, index, internal, sigma), "profile"
+            stderr, interval = sigma * spec.slope(value), (spec.to_physical(ends[0]), spec.to_physical(ends[1]))
+        varies, unit = between.get(spec.name), values[spec.name] if spec.logarithmic else 1.0
+        found.append(
+            ParameterEstimate(
+                spec=spec,
+                value=value,
+                stderr=stderr,
+                ci95=interval,
+                interval=kind,
+                initial=float(first.get(spec.name, values[spec.name])),
+                status=status,
+                reason=reason,
+                between=None if varies is None else varies * unit,
+            )
         )
-        for index, p in enumerate(fitted.problem.parameters)
-    ]
-
-
-def _estimate(fitted: Fitted, spread: Uncertainty, index: int, *, profiled: bool) -> ParameterEstimate:
-    """One shared parameter with standard error, interval and status."""
-    problem = fitted.problem
-    spec = problem.parameters[index]
-    internal = float(fitted.at.shared[index] / problem.border.shared_scale[index])
-    value = spec.to_physical(internal)
-    blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=value, status=OK)
-    if not spread.identifiable[index]:
-        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(fitted, spec.name))
-    if not problem.border.shared[index]:
-        given = spec.name in problem.experiment.parameters
-        reason = "held at the value given in [parameters]" if given else "held where the expected improvement is largest"
-        return dataclasses.replace(blank, status=FIXED, reason=reason)
-    if spread.at_bound[index]:
-        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
-    sigma = float(spread.stderr[index])
-    ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
-    if profiled and sigma > _WEAK:
-        ends, kind = _by_profile(fitted, index, internal, sigma), "profile"
-    interval = (spec.to_physical(ends[0]), spec.to_physical(ends[1]))
-    return dataclasses.replace(blank, stderr=sigma * spec.slope(value), ci95=interval, interval=kind)
+    return found
 
 
 def _by_profile(fitted: Fitted, index: int, internal: float, sigma: float) -> tuple[float, float]:

@@ -140,7 +140,11 @@ def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
         return 2.0 * np.pi * start["f_n"], start["zeta"]
     if not unseen:
         return None
-    begin = (2.0 * np.pi * start["f_n"], start["zeta"]) if start else _best_of_grid(unseen)
+    if start:
+        begin = 2.0 * np.pi * start["f_n"], start["zeta"]
+    else:
+        grid = [(2.0 * np.pi * float(f_n), _ZETA) for f_n in _GRID_HZ]
+        begin = min(grid, key=lambda each: sum(float(np.sum(one.solved(each, pieces_as=each)[1] ** 2)) for one in unseen))
 
     def misfit(logarithms: np.ndarray) -> np.ndarray:
         omega_n, zeta = np.exp(logarithms)
@@ -148,12 +152,6 @@ def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
 
     best = least_squares(misfit, np.log(begin), bounds=(np.log(begin) - np.log(4.0), np.log(begin) + np.log(4.0)), max_nfev=30)
     return float(np.exp(best.x[0])), float(np.exp(best.x[1]))
-
-
-def _best_of_grid(pieced: list["_Pieced"]) -> Vibration:
-    """Natural frequency of the grid with the smallest residual of the equations, relative to the acceleration."""
-    vibrations = [(2.0 * np.pi * float(f_n), _ZETA) for f_n in _GRID_HZ]
-    return min(vibrations, key=lambda each: sum(float(np.sum(one.solved(each, pieces_as=each)[1] ** 2)) for one in pieced))
 
 
 def _rough(record: Record, base: np.ndarray, *, mass: float, stop: bool) -> Kinematics:

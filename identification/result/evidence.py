@@ -55,13 +55,9 @@ def chance_of_force(gain: float) -> float:
 class Disagreement:
     """Variation of one parameter between records, with a chi-square test of homogeneity.
 
-    Attributes:
-        name: of the parameter.
-        chi2: weighted sum of squared deviations of the records' own estimates from their mean (Cochran's Q).
-        degrees: number of records that identify it, less one.
-        chance: probability that noise alone scatters them as much.
-        records: by file, the record's own estimate and standard error, SI.
-        modelled: whether the model has a value for each record.
+    `chi2` is the weighted sum of squared deviations of the records' own estimates from their mean (Cochran's Q), `degrees` the number of
+    records that identify the parameter less one, `chance` the probability that noise alone scatters them as much. `records` holds each
+    record's own estimate and standard error, SI, by file; `modelled` says whether the model has a value for each record.
     """
 
     name: str
