@@ -6,7 +6,7 @@ Nominal is dashed, augmented not, measured a wide grey line, throughout; in colo
 import dataclasses
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -224,20 +224,15 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     )
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Stretch:
-    """Part of one record, in one channel, beside both models; the record's `number` in the experiment counts from 1."""
+class Stretch(NamedTuple):
+    """Part of one record, in one channel, beside both models; the gain of chi-square in all of it; its `number` counts from 1."""
 
     number: int
     before: RecordFit
     after: RecordFit
     channel: str
     part: slice
-
-    @property
-    def gain(self) -> float:
-        before, after = (record.chi2_reduced.get(self.channel, 0.0) for record in (self.before, self.after))
-        return len(self.before.time) * (before - after)
+    gain: float
 
 
 def stretches(diagnosis: Diagnosis) -> list[Stretch]:
@@ -266,7 +261,8 @@ def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: Record
         around = [impact.around(len(before.time)) for impact in impacts(before)]
         best = max(around, key=lambda one: float(gain[one].sum()), default=part)
         part = best if gain[best].mean() >= 0.5 * gain[part].mean() else part
-    return Stretch(number=number, before=before, after=after, channel=channel, part=part)
+    chi2, chi2_after = (record.chi2_reduced.get(channel, 0.0) for record in (before, after))
+    return Stretch(number, before, after, channel, part, gain=len(before.time) * (chi2 - chi2_after))
 
 
 def before_after(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:

@@ -49,19 +49,7 @@ class RingDowns:
     left_out: dict[str, str] = dataclasses.field(default_factory=dict)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Turns:
-    """Turning points: time, s, displacement, m, and their standard errors."""
-
-    time: np.ndarray
-    time_stderr: np.ndarray
-    value: np.ndarray
-    value_stderr: np.ndarray
-
-
-def ring_down(
-    file: str, time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], *, noise: float, points: int = _POINTS
-) -> RingDown | None:
+def ring_down(file: str, time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], *, noise: float) -> RingDown | None:
     """Damping and frequency by amplitude of one free vibration; None where fewer than three turning points stand out of the noise.
 
     With swings S_i = |x_i - x_i+1| between turning points, in which an unknown zero cancels, the decrement per half cycle over m of them is
@@ -74,29 +62,28 @@ def ring_down(
         time: of the samples, s.
         u: displacement in flight without a drive, m; NaN where it was not recorded.
         noise: its standard deviation, m.
-        points: of the ring-down, at most.
 
     Source: M. Jin, W. Chen, M. R. W. Brake, H. Song, J. Vib. Acoust. 142 (2020) 051111 (peak finding and fitting); we fit maxima and
     minima alike.
     """
     usable = np.isfinite(u)
-    turns = _turns(time[usable], u[usable], noise) if usable.any() else None
-    if turns is None or len(turns.time) < 3:
+    turning, turning_error, value, value_error = _turns(time[usable], u[usable], noise) if usable.any() else np.zeros((4, 0))
+    if len(value) < 3:
         return None
-    count = len(turns.time) - 2
-    every = -(-count // points)
+    count = len(value) - 2
+    every = -(-count // _POINTS)
     first = np.arange(0, count - every + 1, every)
-    swings = np.abs(np.diff(turns.value))
+    swings = np.abs(np.diff(value))
     begin, end = swings[first], swings[first + every]
     last, over = first + every + 1, (every + 1) / 2
-    lasting = turns.time[last] - turns.time[first]
+    lasting = turning[last] - turning[first]
     decrement = np.log(begin / end) / every
-    variance = turns.value_stderr[:-1] ** 2 + turns.value_stderr[1:] ** 2  # of swings
+    variance = value_error[:-1] ** 2 + value_error[1:] ** 2  # of swings
     error = np.sqrt(variance[first] / begin**2 + variance[first + every] / end**2)
     if every == 1:  # the turning point in the middle belongs to both swings
-        error = np.sqrt(error**2 - 2.0 * turns.value_stderr[first + 1] ** 2 / (begin * end))
+        error = np.sqrt(error**2 - 2.0 * value_error[first + 1] ** 2 / (begin * end))
     damping = decrement / np.hypot(np.pi, decrement)
-    time_error = np.hypot(turns.time_stderr[first], turns.time_stderr[last])
+    time_error = np.hypot(turning_error[first], turning_error[last])
     return RingDown(
         file=file,
         amplitude=tuple((0.5 * np.sqrt(begin * end)).tolist()),
@@ -181,26 +168,22 @@ def together(flights: Sequence[RingDown]) -> RingDown:
     return RingDown(file=flights[0].file, **{name: tuple(getattr(flights[k], name)[0] for k in order) for name in names})
 
 
-def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> _Turns | None:
-    """Turning points by local polynomials, up to the first that was missed or is not resolved."""
-    rough = _alternating(u, noise)
-    if len(rough) < 3:
-        return None
+def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> Float[np.ndarray, "4 turns"]:
+    """Time and value of turning points, each with its error, by local polynomials, up to the first that was missed or is not resolved."""
+    rough, found = _alternating(u, noise), []
     half = np.diff(time[rough])
-    found = []
-    for index, place in enumerate(rough):
+    for index, place in enumerate(rough if len(rough) > 2 else ()):
         width = _OF_HALF_CYCLE * float(np.min(half[max(index - 1, 0) : index + 1]))
         one = _polynomial(time, u, float(time[place]), width, noise)
         if one is None:
             break
         found.append(one)
     if len(found) < 3:
-        return None
-    at, at_error, value, value_error = np.array(found).T
-    half = np.diff(at)
+        return np.zeros((4, 0))
+    turns = np.array(found).T
+    half = np.diff(turns[0])
     odd = np.flatnonzero((half[1:] > _MISSED * half[:-1]) | (half[:-1] > _MISSED * half[1:]))
-    kept = slice(0, int(odd[0]) + 2 if len(odd) else len(at))
-    return _Turns(time=at[kept], time_stderr=at_error[kept], value=value[kept], value_stderr=value_error[kept])
+    return turns[:, : int(odd[0]) + 2 if len(odd) else None]
 
 
 def _alternating(u: Float[np.ndarray, " samples"], noise: float) -> Int[np.ndarray, " turns"]:
