@@ -179,9 +179,9 @@ def _step_html(text: str) -> Markup:
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(prose_html(text))))
 
 
-def recorded(record: RecordFit, experiment: Experiment) -> Record:
+def recorded(record: RecordFit, experiment: Experiment) -> Record | None:
     """The record as it was read."""
-    return next(read for read in experiment.records if read.file == record.file)
+    return next((read for read in experiment.records if read.file == record.file), None)
 
 
 def subject(experiment: Experiment, records: Sequence[RecordFit], file: str | None) -> str:
@@ -190,7 +190,7 @@ def subject(experiment: Experiment, records: Sequence[RecordFit], file: str | No
         return f"{experiment.name}; {len(records)} {'record' if len(records) == 1 else 'records'}"
     record = next(one for one in records if one.file == file)
     read = recorded(record, experiment)
-    if read.excitation_frequency is not None:
+    if read is not None and read.excitation_frequency is not None:
         drive = f"drive {significant(read.excitation_frequency, 4)} Hz"
     else:
         drive = {"drop-test": "drop test", "free-decay": "free decay"}.get(record.kind, "drive as recorded")

@@ -195,7 +195,7 @@ def residual_maps(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
         image = axes.imshow(values, extent=(0.0, 360.0, record.time[0], record.time[-1]), interpolation="nearest", **looks)
         axes.grid(False)
         axes.locator_params(axis="y", nbins=5)
-        driven = read.excitation_frequency is not None
+        driven = read is None or read.excitation_frequency is not None
         axes.set_xticks([0, 180, 360])
         axes.tick_params(labelbottom=driven)
         axes.set_xlabel("phase φ (°)" if driven else "time within the row")
@@ -249,7 +249,7 @@ def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: Record
     if where is not None and gains.get(where.channel, np.zeros(1)).sum() > 0.0:
         channel = where.channel
     gain, read = gains[channel], recorded(before, diagnosis.experiment)
-    frequency = read.excitation_frequency or float(diagnosis.nominal_model.values().get("f_n", 0.0))
+    frequency = (read.excitation_frequency if read is not None else None) or float(diagnosis.nominal_model.values().get("f_n", 0.0))
     period = 1.0 / (frequency * float(np.median(np.diff(before.time)))) if frequency > 0 else len(before.time) / 10.0 / _PERIODS
     length = min(max(int(_PERIODS * period), _FEWEST), len(before.time))
     sums = np.concatenate([[0.0], np.cumsum(gain)])

@@ -197,7 +197,7 @@ def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
     rows = []
     for one in fits:
         read, error = recorded(one, experiment), next((n.stderr for n in one.nuisances if n.name == "gap_error"), None)
-        drive = significant(read.excitation_frequency, 4)
+        drive = significant(None if read is None else read.excitation_frequency, 4)
         gap = rounded(1e3 * one.gap, None if error is None else 1e3 * error).text
         rows.append((one.file, one.kind, drive, gap, str(one.samples), str(one.windows)))
     return Table(columns=("record", "kind", "drive (Hz)", "gap (mm)", "samples", "stretches"), rows=tuple(rows), words=(0, 1))
@@ -211,7 +211,7 @@ def channels(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
         for channel, chi2 in record.chi2_reduced.items():
             look = label(channel, experiment)
             noise = with_unit(significant(look.factor * record.noise[channel], 2), look.unit)
-            origin = "estimated" if channel in read.noise_estimated else "declared"
+            origin = "estimated" if read is not None and channel in read.noise_estimated else "declared"
             nrmse = significant(record.nrmse.get(channel, float("nan")), 2)
             rows.append((record.file, look.words, noise, origin, significant(chi2**0.5), nrmse))
     return Table(columns=("record", "channel", "noise σ", "origin", "misfit/σ", "NRMSE"), rows=tuple(rows), words=(0, 1, 3))
