@@ -52,7 +52,7 @@ def main() -> None:
 
 def test_errors(model: Model, experiment: Experiment) -> dict[str, float]:
     """Root mean square error of a free run on each test set, V."""
-    from identification.windows.simulate import simulate_record
+    from identification.estimation.simulate import simulate_record
 
     records, errors = {record.file: record for record in experiment.records}, {}
     for name, (file, samples) in TEST_SETS.items():

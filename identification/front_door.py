@@ -18,16 +18,15 @@ from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
 from identification.diagnosis.look import among_effects
 from identification.estimation.estimate import fit_experiment
-from identification.estimation.sample import DRAWS, FEWEST
+from identification.estimation.likelihood import DRAWS, FEWEST
+from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, load_experiment
-from identification.report import fit_summary
+from identification.guesses.declared_model import check_precision
+from identification.report import diagnosis_summary, fit_summary
 from identification.report.base import STYLES, PageStyle
-from identification.report.diagnosis import diagnosis_summary
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate
-from identification.windows.declared_model import check_precision
-from identification.windows.simulate import simulate_record
 from vibrojax.aside import filled, of_earlier_set
 from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError

@@ -24,10 +24,10 @@ from vibrojax.cli.environment import prepare_jax
 prepare_jax()
 
 from benchmarks.simulator import RecordPlan, Rig, standard_sensors, write_experiment
-from identification.estimation.adequacy import OVERALL, chi2_limit
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import load_experiment
 from identification.report.base import SCREEN
+from identification.result.evidence import OVERALL, chi2_limit
 from vibrojax.contact import LAWS
 from vibrojax.drawing import STYLE
 

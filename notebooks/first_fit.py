@@ -20,10 +20,10 @@ from vibrojax.cli.environment import prepare_jax
 prepare_jax()
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.simulate import simulate_record
 from identification.experiment import load_experiment
 from identification.report import fit_summary
 from identification.report.base import SCREEN
-from identification.windows.simulate import simulate_record
 from vibrojax.data_files import data_path
 from vibrojax.drawing import STYLE
 

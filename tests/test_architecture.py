@@ -54,12 +54,11 @@ def test_imports_go_one_way():
 FLOW = (
     "experiment",
     "wording",
-    "windows",
+    "guesses",
     "trajectory",
     "result",
     "estimation",
     "diagnosis",
-    "estimation.added",
     "estimation.estimate",
     "report",
     "commands",

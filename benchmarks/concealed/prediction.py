@@ -13,7 +13,7 @@ def sealed_errors(model, experiment) -> dict:
     `peaks`: the same of the sorted peak forces of all impacts, missing impacts counting as zero: it asks for the right impacts at any time,
     which is what remains to be predicted once motions have diverged.
     """
-    from identification.windows.simulate import simulate_record
+    from identification.estimation.simulate import simulate_record
 
     errors, failures = [], []
     for record in experiment.records:

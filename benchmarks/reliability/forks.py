@@ -11,7 +11,7 @@ from typing import Any
 from vibrojax.cli.environment import prepare_jax
 
 PRELOADED = [
-    *("identification.commands.run", "identification.inspection", "identification.windows.declared_model", "vibrojax.studies.run"),
+    *("identification.commands.run", "identification.inspection", "identification.guesses.declared_model", "vibrojax.studies.run"),
     *("identification.diagnosis.files", "vibrojax.cli.main", "benchmarks.resume", "dask.array", "zarr"),
     *("h5py", "scipy.io", "nptdms", "pyuff", "asammdf"),
 ]

@@ -59,7 +59,7 @@ def _inspect(path: Path) -> object:
 def _load(path: Path) -> object:
     """As a simulation does, and as a fit does, with the model that is declared."""
     from identification.experiment import load_experiment
-    from identification.windows.declared_model import check_wishes, nominal_model
+    from identification.guesses.declared_model import check_wishes, nominal_model
 
     load_experiment(path, need_files=False)
     found = load_experiment(path)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, Record, Sensor, Suspension
-from identification.windows.simulate import simulate_record
 from vibrojax.contact import LAWS, AbstractCompliantLaw, AbstractContactLaw
 from vibrojax.model import Model
 from vibrojax.suspension import Linear

@@ -17,10 +17,11 @@ from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance
 from identification.diagnosis.look import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
+from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, ExperimentError, load_experiment
-from identification.report import fit_summary, write_report
+from identification.guesses.declared_model import check_compared_wishes, check_law, check_laws, check_smoothing, nominal_model
+from identification.report import diagnosis_summary, fit_summary, write_diagnosis_report, write_report
 from identification.report.base import SCREEN, PageStyle
-from identification.report.diagnosis import diagnosis_summary, write_diagnosis_report
 from identification.report.laws import FILE_NAME as LAWS_FILE
 from identification.report.laws import law_scores, law_summary, write_laws
 from identification.result.files import (
@@ -38,8 +39,6 @@ from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult, StartedFrom
 from identification.result.store import FILE_NAME, read_stored
-from identification.windows.declared_model import check_compared_wishes, check_law, check_laws, check_smoothing, nominal_model
-from identification.windows.simulate import simulate_record
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.effects.formula import terms as read_terms
@@ -223,7 +222,7 @@ def write_fit(
 ) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
-    write_fit_json(result, folder / "fit.json", origin)
+    write_fit_json(result, folder / "fit.json")
     write_model(result.model, folder / "model.json", provenance=origin)
     write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
     if result.posterior is not None:

@@ -33,14 +33,13 @@ from identification.estimation.parameters import between_records, estimates, sen
 from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
 from identification.experiment import Experiment
+from identification.guesses.declared_model import check_clearance, nominal_model
+from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
 from identification.result.result import OK
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import is_largest
-from identification.windows.clearance import check_clearance
-from identification.windows.declared_model import nominal_model
-from identification.windows.selection import in_part
 from identification.wording.numbers import joined
 from vibrojax.effects.base import unit_in
 from vibrojax.effects.formula import Formula

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from identification.experiment import Experiment
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import RecordFit, SensorError
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
-from identification.result.variation import Disagreement, Unrest
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
@@ -283,7 +283,7 @@ class Diagnosis:
             "augmented": _side(self.augmented),
             "unrest": None if self.unrest is None else self.unrest.document(),
             "reading_error": {name: {"rms": one.rms, "unit": one.unit, "order": one.order} for name, one in self.reading_error.items()},
-            "ring_downs": self.ring_downs.document(),
+            "ring_downs": dataclasses.asdict(self.ring_downs),
             "free_form": self.free_form,
             "next_experiment": self.next_experiment,
             "sentences": list(self.sentences),

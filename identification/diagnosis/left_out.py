@@ -9,8 +9,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool
 
+from identification.estimation.held_back import held_back_chain, rms_nrmse
 from identification.estimation.prediction import record_fits
-from identification.estimation.unseen import held_back_chain, rms_nrmse
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
 from identification.trajectory.elimination import Solution, solve

@@ -8,11 +8,11 @@ import numpy as np
 
 from identification.diagnosis.lags import lags
 from identification.experiment import Experiment
+from identification.guesses.motion import driving_channels
 from identification.trajectory.chain_equations import whitenings
 from identification.trajectory.course import Course
 from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import vanishes
-from identification.windows.measured_input import driving_channels
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import ProbeScales
 

@@ -6,7 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from identification.estimation.added import with_effects
+from identification.diagnosis.augment import augmented
+from identification.diagnosis.look import known_effects, look, weighed_anew
+from identification.estimation.held_back import held_back_chain, held_back_fits, rms_nrmse
+from identification.estimation.likelihood import posterior_sample, profiles
 from identification.estimation.parameters import (
     Uncertainty,
     between_records,
@@ -18,20 +21,17 @@ from identification.estimation.parameters import (
     unrest,
 )
 from identification.estimation.prediction import record_fits
-from identification.estimation.profiles import profiles
 from identification.estimation.ring_downs import ring_downs
-from identification.estimation.sample import posterior_sample
-from identification.estimation.unseen import forecasts, held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.varying import with_variations
 from identification.experiment import Experiment
-from identification.result.result import FitResult, Likelihood, RecordFit
-from identification.result.variation import Unrest
-from identification.trajectory.fit import Fitted, equations, fit, settled
+from identification.guesses.declared_model import check_clearance, check_smoothing, nominal_model, varying
+from identification.guesses.fitted_part import in_part
+from identification.result.evidence import Unrest, chance
+from identification.result.result import Added, FitResult, Likelihood, RecordFit
+from identification.trajectory.fit import Fitted, equations, fit, polished, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
-from identification.windows.clearance import check_clearance
-from identification.windows.declared_model import check_smoothing, nominal_model, varying
-from identification.windows.selection import in_part
+from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
@@ -102,9 +102,9 @@ def fit_experiment(
     shift = discretisation_shift(found, spread)
     clock.lap("records")
     unseen = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
-    held_back = forecasts(unseen)
+    held_back = held_back_fits(unseen)
     if added is not None and held_back:
-        before = rms_nrmse(held_back_fits(nominal, experiment))
+        before = rms_nrmse(held_back_fits(held_back_chain(nominal, experiment, lambda line: None)))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
     model = found.problem.model_at(found.at)
     models = {"nominal": nominal.problem.model_at(nominal.at)} | ({"augmented": model} if effects else {})
@@ -131,7 +131,7 @@ def fit_experiment(
         ),
         unrest=restless,
         reading_error=sensor_errors(found),
-        force_share=_force_share(found, chi2, restless),
+        force_share=0.0 if restless is None else float(np.clip(1.0 - np.sum(found.linear.residual**2) / max(chi2, 1e-300), 0.0, 1.0)),
         seed=seed,
         seconds=clock.seconds,
         held_back=held_back,
@@ -144,6 +144,43 @@ def fit_experiment(
         profiles=curves,
         likelihood=_likelihood(found, unseen),
     )
+
+
+def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formula] = (), progress: Progress) -> tuple[Fitted, Added]:
+    """The fitted model with effects, whether or not the records give evidence of them, and what they gain.
+
+    They are added in the order of `names`, of listed effects or of `terms`, forces of the user, each fitted anew with everything else. Of
+    the candidates of an effect (frequencies, channels, records, first values), that with the largest expected gain is the start.
+
+    Raises:
+        InputError: an effect has nothing to act on in these records.
+    """
+    found, possibilities, places = nominal, 1, []
+    for name in names:
+        progress(f"choosing where {name} begins")
+        seen = look(found, [name], terms)
+        if not seen.listed:
+            channels = joined(list(found.problem.chains.channels))
+            raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
+        best = seen.listed[0].candidate
+        places.append(best.channel or best.members[0].record or "")
+        possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
+        progress(f"fitting the model with {name}")
+        found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
+    gain = 0.5 * (nominal.deviance - found.deviance)
+    numbers = max(_unknowns(found) - _unknowns(nominal), 1)
+    return found, Added(
+        names=tuple(names),
+        places=tuple(places),
+        gain=gain,
+        chance=chance(2.0 * gain, numbers, possibilities),
+        bic=-2.0 * gain + numbers * float(np.log(max(found.local.samples, 1))),
+        held_back=None,
+    )
+
+
+def _unknowns(fitted: Fitted) -> int:
+    return int(fitted.problem.border.shared.sum() + fitted.problem.border.own.sum())
 
 
 def _likelihood(found: Fitted, unseen: Fitted | None) -> Likelihood:
@@ -186,22 +223,15 @@ def _converged(found: Fitted) -> Fitted:
 
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
     """Chi-square of the free motion over the noise, and its degrees of freedom; a stretch that is not led has a state of its own."""
-    problem = found.problem
-    chi2, stretches = 0.0, 0
+    problem, chi2 = found.problem, 0.0
     for index, record in enumerate(records):
         weight = problem.chains.series(index, problem.chains.weight, len(record.time))
         for column, name in enumerate(problem.chains.channels):
             if name in record.chi2_reduced:
                 chi2 += record.chi2_reduced[name] * int((weight[:, column] > 0).sum())
-        stretches += 0 if record.kind == "prescribed" else record.windows
+    stretches = sum(record.windows for record in records if record.kind != "prescribed")
     samples = int((problem.chains.weight > 0).sum())
-    border = problem.border
-    return chi2, samples - int(border.shared.sum()) - int(border.own.sum()) - len(problem.unknowns.states) * stretches
-
-
-def _force_share(found: Fitted, chi2: float, restless: Unrest | None) -> float:
-    """Share of the squared misfit of the free motion that goes away with the random force; the rest is errors of the readings."""
-    return 0.0 if restless is None else float(np.clip(1.0 - np.sum(found.linear.residual**2) / max(chi2, 1e-300), 0.0, 1.0))
+    return chi2, samples - _unknowns(found) - len(problem.unknowns.states) * stretches
 
 
 def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:
@@ -216,10 +246,10 @@ def discretisation_shift(found: Fitted, spread: Uncertainty) -> float:
 def _moved_starts(problem: Problem, earlier: Mapping[str, float]) -> tuple[str, ...]:
     """Warnings on values of an earlier fit that lie outside the range of this one."""
     given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
-    moved = [p for p in problem.parameters if p.name in earlier and p.name not in given and not p.lower <= earlier[p.name] <= p.upper]
     return tuple(
         f"{p.name} = {earlier[p.name]:g} of the earlier fit lies outside {p.lower:g} to {p.upper:g}: the fit starts at the edge"
-        for p in moved
+        for p in problem.parameters
+        if p.name in earlier and p.name not in given and not p.lower <= earlier[p.name] <= p.upper
     )
 
 
@@ -242,22 +272,16 @@ def _warnings(
         warnings.append(f"{restless.sentence()} {allowed}; `vibrojax diagnose` looks for a cause")
     if shift > 0.1:
         warnings.append(f"halving the integration steps moves a parameter by {shift:.2f} standard errors")
-    return (*warnings, *_implausible_gaps(found.problem), *of_sample)
-
-
-def _implausible_gaps(problem: Problem) -> tuple[str, ...]:
-    """Warnings on records whose load cell shows impacts while the recorded hammer stays clear of the stop."""
-    found = []
-    for record, motion in zip(problem.experiment.records, problem.motions, strict=True):
+    for record, motion in zip(found.problem.experiment.records, found.problem.motions, strict=True):
         if motion is None or motion.force is None or motion.touching.any():
             continue
         peak = float(motion.force.max())
         if peak > _STRUCK * record.noise["impact_force"]:
-            found.append(
+            warnings.append(
                 f"the load cell of {record.file} reads up to {peak:.3g} N, but the hammer stays {record.gap - motion.u.max():.3g} m short"
                 " of the stop: check gap, unit and sign of the displacement"
             )
-    return tuple(found)
+    return (*warnings, *of_sample)
 
 
 class _Clock:

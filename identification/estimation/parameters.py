@@ -7,18 +7,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import chdtrc, chdtri, ndtri
 
-from identification.result.evidence import chance_of_force
+from identification.result.evidence import Disagreement, Unrest, chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Derived, ParameterEstimate, SensorError
-from identification.result.variation import Disagreement, Unrest
 from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.segments import OF_RECORD, VARIATION
-from identification.trajectory.start import weighable
+from identification.trajectory.start import Problem, weighable
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, reweighed
 from vibrojax.channels import UNITS
-from vibrojax.parameters import Parameter
 
 DERIVED = {"k": "N/m", "c": "N s/m"}
 """Units of the numbers derived from mass, natural frequency and damping ratio, by name."""
@@ -104,38 +102,38 @@ def estimates(
         first: guesses that the fit began with, SI.
         profiled: whether intervals of weak parameters come from profiles of the likelihood, which takes a few fits for each.
     """
-    values = fitted.problem.values(fitted.at)
-    return [
-        dataclasses.replace(
-            _estimate(fitted, spread, index, profiled=profiled),
-            initial=float(first.get(p.name, values[p.name])),
-            between=between[p.name] * (values[p.name] if p.logarithmic else 1.0) if p.name in between else None,
+    problem, values, found = fitted.problem, fitted.problem.values(fitted.at), []
+    for index, spec in enumerate(problem.parameters):
+        internal = float(fitted.at.shared[index] / problem.border.shared_scale[index])
+        value, sigma = spec.to_physical(internal), float(spread.stderr[index])
+        stderr, interval, kind, status, reason = None, None, "", OK, ""
+        if not spread.identifiable[index]:
+            status, reason = NOT_IDENTIFIABLE, _why_not(fitted, spec.name)
+        elif not problem.border.shared[index]:
+            given = spec.name in problem.experiment.parameters
+            status, reason = FIXED, "held at the value given in [parameters]" if given else "held where the expected improvement is largest"
+        elif spread.at_bound[index]:
+            status, reason = AT_BOUND, f"stopped at {value:.4g}, the edge of its range"
+        else:
+            ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
+            if profiled and sigma > _WEAK:
+                ends, kind = _by_profile(fitted, index, internal, sigma), "profile"
+            stderr, interval = sigma * spec.slope(value), (spec.to_physical(ends[0]), spec.to_physical(ends[1]))
+        varies, unit = between.get(spec.name), values[spec.name] if spec.logarithmic else 1.0
+        found.append(
+            ParameterEstimate(
+                spec=spec,
+                value=value,
+                stderr=stderr,
+                ci95=interval,
+                interval=kind,
+                initial=float(first.get(spec.name, values[spec.name])),
+                status=status,
+                reason=reason,
+                between=None if varies is None else varies * unit,
+            )
         )
-        for index, p in enumerate(fitted.problem.parameters)
-    ]
-
-
-def _estimate(fitted: Fitted, spread: Uncertainty, index: int, *, profiled: bool) -> ParameterEstimate:
-    """One shared parameter with standard error, interval and status."""
-    problem = fitted.problem
-    spec = problem.parameters[index]
-    internal = float(fitted.at.shared[index] / problem.border.shared_scale[index])
-    value = spec.to_physical(internal)
-    blank = ParameterEstimate(spec=spec, value=value, stderr=None, ci95=None, interval="", initial=value, status=OK)
-    if not spread.identifiable[index]:
-        return dataclasses.replace(blank, status=NOT_IDENTIFIABLE, reason=_why_not(fitted, spec.name))
-    if not problem.border.shared[index]:
-        given = spec.name in problem.experiment.parameters
-        reason = "held at the value given in [parameters]" if given else "held where the expected improvement is largest"
-        return dataclasses.replace(blank, status=FIXED, reason=reason)
-    if spread.at_bound[index]:
-        return dataclasses.replace(blank, status=AT_BOUND, reason=f"stopped at {value:.4g}, the edge of its range")
-    sigma = float(spread.stderr[index])
-    ends, kind = (internal - _SIGMAS_95 * sigma, internal + _SIGMAS_95 * sigma), "normal"
-    if profiled and sigma > _WEAK:
-        ends, kind = _by_profile(fitted, index, internal, sigma), "profile"
-    interval = (spec.to_physical(ends[0]), spec.to_physical(ends[1]))
-    return dataclasses.replace(blank, stderr=sigma * spec.slope(value), ci95=interval, interval=kind)
+    return found
 
 
 def _by_profile(fitted: Fitted, index: int, internal: float, sigma: float) -> tuple[float, float]:
@@ -210,6 +208,12 @@ def derived(fitted: Fitted, spread: Uncertainty) -> tuple[Derived, ...]:
     )
 
 
+def variations(problem: Problem) -> dict[str, int]:
+    """Parameters that have a value for each record, each with the place of its deviation among a record's own numbers."""
+    own = enumerate(problem.unknowns.own)
+    return {name.partition(".")[2]: place for place, name in own if name.startswith(VARIATION) and problem.border.own[:, place].any()}
+
+
 def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """Test of homogeneity of every parameter that at least two records identify.
 
@@ -218,8 +222,7 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     """
     shift, sigma = record_estimates(fitted)
     problem, files = fitted.problem, fitted.problem.chains.files
-    own = enumerate(problem.unknowns.own)
-    modelled = {name.partition(".")[2] for place, name in own if name.startswith(VARIATION) and problem.border.own[:, place].any()}
+    modelled = set(variations(problem))
     found = []
     for index, p in enumerate(problem.parameters):
         known = np.flatnonzero(sigma[:, index] < _WIDEST)
@@ -228,7 +231,8 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
         weight, moved = sigma[known, index] ** -2.0, shift[known, index]
         chi2 = float(np.sum(weight * (moved - np.sum(weight * moved) / np.sum(weight)) ** 2))
         internal = fitted.at.shared[index] / problem.border.shared_scale[index]
-        own = {files[k]: _physical(p, internal + shift[k, index], sigma[k, index]) for k in known}
+        values = {k: p.to_physical(internal + shift[k, index]) for k in known}
+        own = {files[k]: (value, float(sigma[k, index]) * p.slope(value)) for k, value in values.items()}
         degrees = len(known) - 1
         chance = float(chdtrc(degrees, chi2))
         found.append(Disagreement(name=p.name, chi2=chi2, degrees=degrees, chance=chance, records=own, modelled=p.name in modelled))
@@ -261,12 +265,6 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
         shift[record, chosen] -= inverse @ gradient[chosen]
         sigma[record, chosen] = np.sqrt(np.diag(inverse))
     return shift, sigma
-
-
-def _physical(p: Parameter, internal: float, sigma: float) -> tuple[float, float]:
-    """Value and standard error, SI."""
-    value = p.to_physical(internal)
-    return value, float(sigma) * p.slope(value)
 
 
 def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:

@@ -8,12 +8,14 @@ which it follows the whole record best: beside a random force, a state is known 
 
 import dataclasses
 from collections.abc import Collection, Iterator
+from typing import NamedTuple
 
 import jax
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
+from identification.guesses.motion import driving_channels
 from identification.result.result import Nuisance, RecordFit
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
@@ -22,7 +24,6 @@ from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
 from identification.trajectory.start import Problem
 from identification.trajectory.variances import SMALLEST_FORCE, Variances, vanishes
-from identification.windows.measured_input import driving_channels
 from vibrojax.channels import EVERY_CHANNEL, UNITS
 from vibrojax.compiling import soon_compiled
 
@@ -34,23 +35,15 @@ _LANES = 64
 """Pieces that are integrated side by side."""
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Free:
-    """What the model does in one piece of a record.
-
-    Attributes:
-        run: the free motion that the piece belongs to.
-        piece: place among all pieces.
-        readings: (samples, channels), in the order of `EVERY_CHANNEL`.
-        u, v, in_contact: of the motion, (samples,).
-    """
+class Free(NamedTuple):
+    """What the model does in one piece, by its place among all pieces, of one free motion (`run`); readings as `EVERY_CHANNEL` has them."""
 
     run: int
     piece: int
-    readings: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    in_contact: np.ndarray
+    readings: Float[np.ndarray, "samples channels"]
+    u: Float[np.ndarray, " samples"]
+    v: Float[np.ndarray, " samples"]
+    in_contact: Bool[np.ndarray, " samples"]
 
 
 @soon_compiled
@@ -87,16 +80,7 @@ def free_motion(
     count: Int[np.ndarray, " runs"],
     states: Float[np.ndarray, "runs states"],
 ) -> Iterator[Free]:
-    """Integrate from given states at the beginning of pieces, without random force, each over so many pieces; a run that fails ends.
-
-    Args:
-        problem: with the model.
-        at: its numbers.
-        pieces: from `pieces_of`.
-        begin: piece that each run begins with.
-        count: pieces that it lasts.
-        states: at its beginning.
-    """
+    """Integrate from given states, without random force, from the piece that each run begins with over so many; a run that fails ends."""
     model = jax.tree.map(np.asarray, problem.model_at(at))
     where = {int(place): (index, row) for index, group in enumerate(pieces.groups) for row, place in enumerate(group.place)}
     current, running = states.copy(), np.ones(len(begin), bool)
@@ -119,15 +103,7 @@ def free_motion(
                 for lane, run in enumerate(mine[first : first + _LANES]):
                     current[run], running[run] = value.end[lane], running[run] and done[lane]
                     if done[lane]:
-                        piece = int(begin[run]) + step
-                        yield Free(
-                            run=int(run),
-                            piece=piece,
-                            readings=value.readings[lane],
-                            u=u[lane],
-                            v=v[lane],
-                            in_contact=in_contact[lane],
-                        )
+                        yield Free(int(run), int(begin[run]) + step, value.readings[lane], u[lane], v[lane], in_contact[lane])
 
 
 def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[RecordFit, ...]:
@@ -136,13 +112,8 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[
     found, followed = _predicted(fitted, places, fitted.at.states), _following(fitted, places)
     if followed is None:
         return found
-    return tuple(min(pair, key=_misfit) for pair in zip(found, _predicted(fitted, places, followed), strict=True))
-
-
-def _misfit(record: RecordFit) -> float:
-    """Squared error of a prediction over the noise; infinite where it failed."""
-    chi2 = sum(record.chi2_reduced.values())
-    return chi2 if np.isfinite(chi2) else np.inf
+    pairs = zip(found, _predicted(fitted, places, followed), strict=True)
+    return tuple(min(pair, key=lambda one: np.nan_to_num(sum(one.chi2_reduced.values()), nan=np.inf, posinf=np.inf)) for pair in pairs)
 
 
 def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "knots states"]) -> tuple[RecordFit, ...]:
@@ -219,24 +190,26 @@ def _record_fit(
     window: np.ndarray,
 ) -> RecordFit:
     """One record with its prediction; where the model fails, a channel's mean is the prediction that the errors are of."""
-    record, at = fitted.problem.experiment.records[index], fitted.at
-    inputs = driving_channels(record)
-    compared = [name for name in EVERY_CHANNEL if name in record.channels and name not in inputs]
-    errors = {}
-    for name in compared:
+    record, gap_error = fitted.problem.experiment.records[index], fitted.at.own[index, OF_RECORD.index("gap_error")]
+    nrmse, chi2 = {}, {}
+    for name in EVERY_CHANNEL:
+        if name not in record.channels or name in driving_channels(record):
+            continue
         measured = np.where(at_ceiling(record.channels[name]), np.nan, record.channels[name])
-        errors[name] = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
+        error = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
+        rms, spread = float(np.sqrt(np.nanmean(error**2))), float(np.nanstd(record.channels[name]))
+        nrmse[name], chi2[name] = rms / spread if spread > 0.0 else np.nan, (rms / record.noise[name]) ** 2
     return RecordFit(
         file=record.file,
         kind=record.kind,
-        gap=record.gap + at.own[index, OF_RECORD.index("gap_error")],
+        gap=record.gap + gap_error,
         nuisances=tuple(_nuisances(fitted, index)),
         time=record.time,
         measured={name: record.channels[name] for name in EVERY_CHANNEL if name in record.channels},
         predicted=predicted,
         noise=dict(record.noise),
-        nrmse={name: _over(_rms(r), float(np.nanstd(record.channels[name]))) for name, r in errors.items()},
-        chi2_reduced={name: float((_rms(r) / record.noise[name]) ** 2) for name, r in errors.items()},
+        nrmse=nrmse,
+        chi2_reduced=chi2,
         relative_displacement=u,
         relative_velocity=v,
         in_contact=in_contact,
@@ -267,21 +240,10 @@ def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:
             unit = "m"
         elif kind == "zero":
             unit = UNITS[of]
-        elif kind == "variation":
-            unit = "1" if listed[of].logarithmic else listed[of].unit
         else:
-            unit = listed[name].unit
+            spec = listed[of if kind == "variation" else name]
+            unit = "1" if kind == "variation" and spec.logarithmic else spec.unit
         if unknowns.logarithmic_own[place]:
             value = float(np.exp(value))
             error *= value
         yield Nuisance(name=name, unit=unit, value=value, stderr=error)
-
-
-def _over(error: float, spread: float) -> float:
-    """An error over the channel's standard deviation; NaN for a constant channel."""
-    return float(error / spread) if spread > 0.0 else np.nan
-
-
-def _rms(values: np.ndarray) -> float:
-    """Root mean square of the finite values."""
-    return float(np.sqrt(np.nanmean(values**2)))

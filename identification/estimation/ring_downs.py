@@ -3,17 +3,17 @@
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import root_scalar
 
+from identification.estimation.simulate import system_in, without_faults
 from identification.experiment import Experiment, Record
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
-from identification.windows.simulate import system_in
 from vibrojax.compiling import soon_compiled
 from vibrojax.integrate import SUCCESS, Landing, Trajectory
 from vibrojax.integrate.landing import flight_step
@@ -33,7 +33,7 @@ _MARGIN = 2
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Flight:
-    """Samples of a record between contacts; `noise` and `level`, about which it swings, are those of the displacement, m.
+    """Samples of a record between contacts: displacement u as measured, its noise, and the level about which it swings, m.
 
     `returns`: a contact ends it; otherwise the hammer may have come to rest in it.
     """
@@ -41,64 +41,67 @@ class _Flight:
     record: Record
     fit: RecordFit
     part: slice
+    u: np.ndarray
     noise: float
     level: float
     returns: bool
-
-    def ring_down(self, u: np.ndarray, frequency: float, level: float) -> tuple[RingDown | None, bool]:
-        """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
-        time = self.fit.time[self.part][: len(u)]
-        long = ring_down(self.fit.file, time, u, noise=self.noise)
-        if long is not None or not self.returns:
-            return long, False
-        return one_flight(self.fit.file, time, u, noise=self.noise, level=level, frequency=frequency), True
 
 
 def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: Mapping[str, Model]) -> RingDowns:
     """Damping and frequency by amplitude of the free vibrations in the records, and of models that start from the same states.
 
-    Arguments:
-        experiment: that was fitted.
-        records: with their predictions by the best model: these give contacts and initial states.
-        models: fitted, by name; the last is the best.
+    Predictions of the records, by the last of the models, give contacts and initial states.
     """
     left_out: dict[str, str] = {}
     flights: list[_Flight] = []
-    measured: list[RingDown] = []
     best = list(models.values())[-1]
     frequency = float(best.values().get("f_n", 0.0))
     for fit in records:
         u = measured_displacement(fit)
-        why = _why_not(experiment, fit, u)
-        if why or u is None:
-            left_out[fit.file] = why
-            continue
-        found = [(one, *one.ring_down(u[one.part], frequency, one.level)) for one in _flights(experiment, fit, best)]
-        flights += [one for one, points, _ in found if points is not None]
-        measured += _merged((points, single) for _, points, single in found if points is not None)
-        if not any(points is not None for _, points, _ in found):
-            left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
-    simulated = {name: _of_model(model, flights, frequency) for name, model in models.items()}
-    return RingDowns(measured=tuple(measured), models=simulated, left_out=left_out)
+        if experiment.suspension.kind == "free":
+            left_out[fit.file] = "without a spring nothing vibrates"
+        elif fit.kind not in _KINDS:
+            left_out[fit.file] = "driven throughout, so that nothing decays"
+        elif u is None:
+            left_out[fit.file] = "its displacement was not recorded"
+        else:
+            able = [one for one in _flights(experiment, fit, u, best) if _read(one, one.u, one.level, frequency)[0] is not None]
+            flights += able
+            if not able:
+                left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
+    longest = max((len(one.u) for one in flights), default=0)
+    padded = longest + -longest % _PADDED_TO
+    simulated = {
+        name: _by_record([(one, _simulated(model, one, padded), rest_place(model, one.record)) for one in flights], frequency)
+        for name, model in models.items()
+    }
+    measured = _by_record([(one, one.u, one.level) for one in flights], frequency)
+    return RingDowns(measured=measured, models=simulated, left_out=left_out)
 
 
-def _merged(found: Iterable[tuple[RingDown, bool]]) -> list[RingDown]:
-    """Ring-downs of one record; its single swings as one."""
-    every = list(found)
-    swings = [points for points, single in every if single]
-    return [points for points, single in every if not single] + ([together(swings)] if swings else [])
+def _by_record(motions: Iterable[tuple[_Flight, np.ndarray, float]], frequency: float) -> tuple[RingDown, ...]:
+    """Ring-downs of motions about their levels along flights, record by record; single swings of a record as one."""
+    found = []
+    for _, group in groupby(motions, key=lambda motion: motion[0].fit.file):
+        swings = []
+        for motion in group:
+            points, single = _read(*motion, frequency)
+            if points is not None:
+                (swings if single else found).append(points)
+        found += [together(swings)] if swings else []
+    return tuple(found)
 
 
-def _why_not(experiment: Experiment, fit: RecordFit, u: np.ndarray | None) -> str:
-    """Why a record has no decay to read; empty where it may have one."""
-    if experiment.suspension.kind == "free":
-        return "without a spring nothing vibrates"
-    if fit.kind not in _KINDS:
-        return "driven throughout, so that nothing decays"
-    return "" if u is not None else "its displacement was not recorded"
+def _read(flight: _Flight, u: np.ndarray, level: float, frequency: float) -> tuple[RingDown | None, bool]:
+    """Damping and frequency by amplitude of a motion at the flight's times, and whether it is a single swing out and back."""
+    file, time = flight.fit.file, flight.fit.time[flight.part][: len(u)]
+    long = ring_down(file, time, u, noise=flight.noise)
+    if long is not None or not flight.returns:
+        return long, False
+    return one_flight(file, time, u, noise=flight.noise, level=level, frequency=frequency), True
 
 
-def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_Flight]:
+def _flights(experiment: Experiment, fit: RecordFit, u: np.ndarray, model: Model) -> Iterator[_Flight]:
     """Flights of a record in which the motion is predicted; the model says where the hammer rests."""
     record = next(one for one in experiment.records if one.file == fit.file)
     names = ("relative_displacement",) if "relative_displacement" in fit.measured else ("hammer_displacement", "cart_displacement")
@@ -110,20 +113,8 @@ def _flights(experiment: Experiment, fit: RecordFit, model: Model) -> Iterator[_
     near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
     for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        yield _Flight(record=record, fit=fit, part=slice(first, end), noise=noise, level=level, returns=end < len(near) and bool(near[end]))
-
-
-def _of_model(model: Model, flights: list[_Flight], frequency: float) -> tuple[RingDown, ...]:
-    """The model's own ring-downs from the states in which the measured ones begin."""
-    longest = max((one.part.stop - one.part.start for one in flights), default=0)
-    padded = longest + -longest % _PADDED_TO
-    found = [(one.fit.file, *one.ring_down(_simulated(model, one, padded), frequency, rest_place(model, one.record))) for one in flights]
-    files = dict.fromkeys(file for file, _, _ in found)
-    return tuple(
-        each
-        for file in files
-        for each in _merged((points, single) for other, points, single in found if other == file and points is not None)
-    )
+        part, returns = slice(first, end), end < len(near) and bool(near[end])
+        yield _Flight(record=record, fit=fit, part=part, u=u[part], noise=noise, level=level, returns=returns)
 
 
 def rest_place(model: Model, record: Record) -> float:
@@ -150,16 +141,16 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
     interval = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
     ts = np.concatenate([time, time[-1] + interval * np.arange(1, padded - len(time) + 1)])
     state = np.array([one.fit.relative_displacement[first], one.fit.relative_velocity[first]])
-    here = dataclasses.replace(model, effects=tuple(effect for effect in model.effects if not effect.is_fault))
+    here = without_faults(model)
     system = jax.tree.map(np.asarray, system_in(here, dataclasses.replace(one.record, gap=one.fit.gap)))
-    run = _trajectory(_integrator(here, float(ts[-1] - ts[0]), padded), system, ts, state, np.asarray(len(time)))
-    if int(run.result) != SUCCESS:
+    run = _up_to(_integrator(here, float(ts[-1] - ts[0])), system, ts, state, np.asarray(len(time)))
+    if int(run.result[0]) != SUCCESS:
         return np.zeros(0)
-    touching = np.flatnonzero(np.asarray(run.in_contact)[: len(time)])
-    return np.asarray(run.u)[: int(touching[0]) if len(touching) else len(time)]
+    touching = np.flatnonzero(np.asarray(run.in_contact)[0, : len(time)])
+    return np.asarray(run.u)[0, : int(touching[0]) if len(touching) else len(time)]
 
 
-def _integrator(model: Model, duration: float, samples: int) -> Landing:
+def _integrator(model: Model, duration: float) -> Landing:
     """Steps for the fastest vibration of the suspension and of the effects."""
     f_n = float(model.values().get("f_n", 0.0))
     flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
@@ -172,13 +163,8 @@ def _integrator(model: Model, duration: float, samples: int) -> Landing:
 
 
 @soon_compiled
-def _trajectory(integrator: Landing, system: System, ts, state, length) -> Trajectory:
+def _up_to(integrator: Landing, system: System, ts, state, length) -> Trajectory:
+    """Motion of the system as the only one of a batch, over so many of the times."""
     state = jnp.concatenate([state, jnp.zeros(system.own_size)])
-    many = integrator.batch(_lane(system), ts[None], state[None], length[None])
-    return Trajectory(ts, many.u[0], many.v[0], many.in_contact[0], many.approach_speed[0], many.result[0], many.steps, many.own[0])
-
-
-def _lane(system: System) -> System:
-    """The system as the only lane of a batch."""
-    arrays, rest = eqx.partition(system, eqx.is_array_like)
-    return eqx.combine(jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], arrays), rest)
+    alone = jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], system)
+    return integrator.batch(alone, ts[None], state[None], length[None])

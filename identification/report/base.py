@@ -3,7 +3,8 @@
 A figure is drawn and rendered once, as PNG at twice the pixels of the page; the page holds the same bytes that lie beside it.
 
 To add a figure: write a function that takes a `FitResult` (or a `Diagnosis`) and a `PageStyle` and yields `Picture` objects in the file of
-what it shows, then list it in `FIGURES` of `identification/report/page.py` (or `identification/report/diagnosis/page.py`).
+what it shows, then list it in `FIGURES` (or `FIGURES_OF_DIAGNOSIS`) of
+`identification/report/page.py`.
 """
 
 import base64
@@ -22,7 +23,7 @@ from matplotlib.figure import Figure
 from identification.experiment import Experiment, Record
 from identification.result.result import FitResult, RecordFit
 from identification.wording import ON_PAPER, ON_SCREEN
-from identification.wording.names import prose_html, symbol_html
+from identification.wording.names import equation_html, prose_html, symbol_html
 from identification.wording.numbers import significant
 from vibrojax.drawing import BLUE, COLOURS, ORANGE, PAGE_SCALE, PALE, WIDTH, envelope, footnote, new_figure, pdf, png
 from vibrojax.drawing import style as drawing_style
@@ -114,21 +115,9 @@ class Image:
 def rendered(
     drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
     found: Any,
-    experiment: Experiment,
-    records: Sequence[RecordFit],
-    style: PageStyle,
-    progress: Progress,
-) -> list[Image]:
-    """Draw the pictures of what was found, state below each what it is about, and render each once."""
-    return rendered_over(drawers, found, lambda picture: subject(experiment, records, picture.record), style, progress)
-
-
-def rendered_over(
-    drawers: Sequence[Callable[[Any, PageStyle], Iterator[Picture]]],
-    found: Any,
     note: Callable[[Picture], str],
     style: PageStyle,
-    progress: Progress,
+    progress: Progress = lambda stage: None,
 ) -> list[Image]:
     """Draw the pictures of what was found, write the note on each below it, and render each once."""
     images = []
@@ -139,37 +128,26 @@ def rendered_over(
             progress(f"drawing the report: {number} of {len(drawn)} figures")
             footnote(one.figure, note(one))
             files = {"png": png(one.figure)} | ({"pdf": pdf(one.figure)} if style.pdf else {})
-            width = round(float(one.figure.get_figwidth() * one.figure.dpi) / PAGE_SCALE)
-            images.append(Image(picture=one, width=width, files=files))
+            images.append(Image(picture=one, width=round(float(one.figure.get_figwidth() * one.figure.dpi) / PAGE_SCALE), files=files))
     return images
 
 
-def write_page(html: str, images: list[Image], folder: Path, name: str = "report.html") -> list[Path]:
-    """Write the page, and the files of its images beside it; returns the paths, the page first."""
-    written = [folder / name]
-    written[0].write_text(html, encoding="utf-8")
-    for image in images:
-        for suffix, content in image.files.items():
-            written.append(folder / f"{image.picture.name}.{suffix}")
-            written[-1].write_bytes(content)
-    return written
-
-
-def framed(
+def write_page(
     template: str,
     images: list[Image],
     style: PageStyle,
+    folder: Path,
     *,
+    file: str = "report.html",
     next_steps: tuple[str, ...],
     provenance: Mapping[str, Any],
     seconds: Mapping[str, float],
-    filters: Mapping[str, Callable[..., Any]] | None = None,
     **content: Any,
-) -> str:
-    """A page that loads nothing from outside itself, from a template that extends `frame.html`.
+) -> list[Path]:
+    """Write a page that loads nothing from outside itself, and the files of its images beside it; returns the paths, the page first.
 
-    What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences with commands between back quotes;
-    `seconds` has wall time by stage, s, or under "total" as one.
+    The template extends `frame.html`. What is not marked as HTML is escaped, and a misspelt name is an error. `next_steps` are sentences
+    with commands between back quotes; `seconds` has wall time by stage, s, or under "total" as one.
     """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("identification.report", ""),
@@ -178,9 +156,8 @@ def framed(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    own = {"symbol": symbol_html, "prose": prose_html, "number": significant, "step": _step_html}
-    environment.filters.update(own, **(filters or {}))
-    return environment.get_template(template).render(
+    environment.filters.update(symbol=symbol_html, prose=prose_html, number=significant, step=_step_html, equation=equation_html)
+    html = environment.get_template(template).render(
         images=images,
         style=style,
         next_steps=next_steps,
@@ -189,6 +166,12 @@ def framed(
         stages={} if "total" in seconds else seconds,
         **content,
     )
+    written = {folder / file: html.encode()}
+    for image in images:
+        written |= {folder / f"{image.picture.name}.{suffix}": drawn for suffix, drawn in image.files.items()}
+    for path, written_bytes in written.items():
+        path.write_bytes(written_bytes)
+    return list(written)
 
 
 def _step_html(text: str) -> Markup:
@@ -247,6 +230,14 @@ def panels(
     for axes in grid[:-1].ravel() if sharing.get("sharex") else ():
         axes.xaxis.set_visible(False)
     return figure, grid
+
+
+def grid_of(count: int, height: float, columns: int, **placed: Any) -> tuple[Figure, Any, list[Axes]]:
+    """A figure of so many panels of one height, its axes by row and column, and the used ones in a list; the rest is blank."""
+    figure, grid = panels((height,) * -(-count // columns), columns, **placed)
+    for axes in grid.ravel()[count:]:
+        axes.set_axis_off()
+    return figure, grid, list(grid.ravel()[:count])
 
 
 def residual_panel(axes: Axes, time: np.ndarray, r: np.ndarray, reach: float, colour: str = "black") -> None:

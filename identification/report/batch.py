@@ -14,12 +14,12 @@ from matplotlib.ticker import MaxNLocator
 from rich.console import Group
 from rich.text import Text
 
-from identification.report.base import PageStyle, Picture, framed, panels, rendered_over, write_page
+from identification.report.base import PageStyle, Picture, panels, rendered, write_page
 from identification.report.tables import Table
 from identification.report.verdict import GOOD, PARTLY, POOR
 from identification.result.batch import BAD_INPUT, NO_CONVERGENCE, BatchParameter, BatchRow
-from identification.wording.names import symbol_text
-from identification.wording.numbers import NONE, joined, rounded, significant, unit_text
+from identification.wording.names import heading
+from identification.wording.numbers import NONE, joined, rounded, significant
 from vibrojax.drawing import few_ticks
 from vibrojax.errors import printable
 
@@ -42,19 +42,20 @@ def batch_summary(rows: Rows) -> Group:
 
 
 def batch_table(rows: Rows, *, linked: bool = False) -> Table:
-    """Experiment, number, verdict, every parameter with its standard error, reduced chi-square, seconds.
+    """Experiment, number, verdict, every parameter with its standard error, reduced chi-square, seconds; a row an experiment.
 
-    Args:
-        rows: in the order of the table.
-        linked: whether names of fitted experiments are links to their pages, as HTML.
+    With `linked`, the names of fitted experiments are links to their pages, as HTML.
     """
     columns = _columns(rows)
     cells = []
     for number, row in enumerate(rows, start=1):
         found = {(one.name, one.unit): one for one in row.parameters}
         estimates = (_estimate(found.get(key)) for key in columns)
-        estimates = estimates if linked else (cell.replace(" ± ", "±") for cell in estimates)  # so that no terminal breaks one there
-        first = _link(row) if linked else row.experiment
+        first = row.experiment
+        if not linked:
+            estimates = (cell.replace(" ± ", "±") for cell in estimates)  # so that no terminal breaks one there
+        elif row.fitted:
+            first = Markup('<a href="{}">{}</a>').format(quote(f"{row.experiment}/report.html"), row.experiment)
         cells.append((first, str(number), row.status, *estimates, significant(row.chi2_reduced), significant(row.seconds, 2)))
     return Table(columns=("experiment", "no.", "verdict", *columns.values(), "χ²", "s"), rows=tuple(cells), words=(0, 2))
 
@@ -72,24 +73,21 @@ def headline(rows: Rows) -> str:
 
 
 def write_batch(rows: Rows, folder: Path, *, name: str, options: Mapping[str, Any], style: PageStyle) -> None:
-    """Write `batch.csv`, `batch.html` and its picture into a folder that exists.
+    """Write `batch.csv`, `batch.html` and its picture into the folder that holds the results of each experiment.
 
-    Args:
-        rows: in the order of the table.
-        folder: that the results of each experiment are in, by its path.
-        name: of the batch.
-        options: of every fit, plain data.
-        style: in colours, or in black and white.
+    `name` is that of the batch; `options` of every fit are plain data.
     """
     _write_table(rows, folder / TABLE)
     fitted, failed = [row for row in rows if row.fitted], [row for row in rows if not row.fitted]
-    images = rendered_over((_parameters,), rows, lambda picture: f"{name}; {headline(rows)}", style, lambda stage: None)
+    images = rendered((_parameters,), rows, lambda picture: f"{name}; {headline(rows)}", style)
     level = GOOD if all(row.status == GOOD for row in rows) else POOR if failed or any(row.status == POOR for row in rows) else PARTLY
     spent = sum(row.seconds for row in rows)
-    html = framed(
+    write_page(
         PAGE,
         images,
         style,
+        folder,
+        file=PAGE,
         next_steps=_next_steps(fitted, failed),
         provenance={key: value for key, value in options.items() if value is not None and value is not False and value != []},
         seconds={"all fits together": spent},
@@ -103,7 +101,6 @@ def write_batch(rows: Rows, folder: Path, *, name: str, options: Mapping[str, An
         found=batch_table(rows, linked=True),
         legend=_LEGEND,
     )
-    write_page(html, images, folder, PAGE)
 
 
 def _write_table(rows: Rows, path: Path) -> None:
@@ -124,22 +121,11 @@ def _write_table(rows: Rows, path: Path) -> None:
 def _columns(rows: Rows) -> dict[tuple[str, str], str]:
     """Headings by name and unit of every parameter that any fit has; laws may have one name for quantities of different units."""
     found = {(one.name, one.unit): one for row in rows for one in row.parameters}
-    return {key: _heading(one) for key, one in found.items()}
-
-
-def _heading(one: BatchParameter) -> str:
-    unit = unit_text(one.unit)
-    return symbol_text(one.symbol) + (f" ({unit})" if unit else "")
+    return {key: heading(one.symbol, one.unit) for key, one in found.items()}
 
 
 def _estimate(one: BatchParameter | None) -> str:
     return NONE if one is None or one.value is None else rounded(one.value, one.stderr).text
-
-
-def _link(row: BatchRow) -> str:
-    if not row.fitted:
-        return row.experiment
-    return Markup('<a href="{}">{}</a>').format(quote(f"{row.experiment}/report.html"), row.experiment)
 
 
 def _next_steps(fitted: Rows, failed: Rows) -> tuple[str, ...]:
@@ -159,10 +145,10 @@ def _parameters(rows: Rows, style: PageStyle) -> Iterator[Picture]:
     if not columns:
         return
     figure, grid = panels((1.1,) * len(columns), gap=(0.12, 0.5), sharex=True)
-    for axes, (key, heading) in zip(grid[:, 0], columns.items(), strict=True):
+    for axes, (key, words) in zip(grid[:, 0], columns.items(), strict=True):
         placed = [(number, one) for number, row in enumerate(rows, 1) for one in row.parameters if (one.name, one.unit) == key]
         _estimates(axes, [(number, one) for number, one in placed if one.value is not None], style)
-        axes.set_ylabel(heading)
+        axes.set_ylabel(words)
     grid[-1, 0].set_xlim(0.5, len(rows) + 0.5)
     grid[-1, 0].xaxis.set_major_locator(MaxNLocator(8, integer=True))
     grid[-1, 0].set_xlabel("number of the experiment")

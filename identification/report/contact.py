@@ -7,7 +7,7 @@ from jaxtyping import Float
 from scipy.signal import savgol_filter
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.base import DASHED, DASHES, MANY, PageStyle, Picture, drawn_records, panels
+from identification.report.base import DASHED, DASHES, MANY, PageStyle, Picture, drawn_records, grid_of, panels
 from identification.result.rebounds import Rebound, rebounds
 from identification.result.result import FitResult, RecordFit, impacts, measured_displacement, strength
 from identification.wording.numbers import joined
@@ -107,9 +107,8 @@ def _restitution(measured: Sequence[Rebound], models: dict[str, list[Rebound]], 
 def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """Velocity against displacement of the hammer in the cart, measured and model; one picture, a panel a record."""
     records = [record for _, record in drawn_records(result)]
-    columns = min(len(records), 2)
-    figure, grid = panels((1.75,) * -(-len(records) // columns), columns, gap=(0.65, 0.7))
-    for axes, record in zip(grid.ravel(), records, strict=False):
+    figure, grid, drawn = grid_of(len(records), 1.75, min(len(records), 2), gap=(0.65, 0.7))
+    for axes, record in zip(drawn, records, strict=True):
         shown, u, interval = slice(0, _POINTS), measured_displacement(record), float(np.median(np.diff(record.time)))
         if u is not None and len(u) > _WINDOW:
             slope = np.asarray(savgol_filter(u, _WINDOW, 2, deriv=1, delta=interval, mode="nearest"))[shown]
@@ -122,8 +121,6 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         few_ticks(axes, x=5, y=5)
     for axes in grid[:, 0]:
         axes.set_ylabel("velocity u̇ (m/s)")
-    for axes in grid.ravel()[len(records) :]:
-        axes.set_axis_off()
     yield Picture(
         name="phase-plane",
         section="contact",

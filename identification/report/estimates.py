@@ -1,6 +1,5 @@
 """The estimates beyond their standard errors: profiles of the likelihood, the region of a pair, and the posterior."""
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
@@ -8,9 +7,9 @@ from matplotlib.axes import Axes
 from scipy.ndimage import zoom
 from scipy.special import chdtri
 
-from identification.report.base import PageStyle, Picture, panels
+from identification.report.base import PageStyle, Picture, grid_of, panels
 from identification.result.result import FitResult, LikelihoodProfile, ParameterEstimate, ProfileMap
-from identification.wording.names import symbol_text
+from identification.wording.names import heading, symbol_text
 from identification.wording.numbers import unit_text
 from vibrojax.drawing import few_ticks
 
@@ -24,13 +23,10 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
     """One picture with a panel a parameter, and one of the pair that is hardest to separate, where profiles were worked out."""
     if result.profiles is None or not result.profiles.single:
         return
-    listed, curves = {p.spec.name: p for p in result.parameters}, result.profiles.single
-    columns = min(3, len(curves))
-    figure, grid = panels((1.2,) * -(-len(curves) // columns), columns, gap=(0.6, 0.2), sharey=True)
-    for axes, curve in zip(grid.ravel(), curves, strict=False):
+    listed, curves = result.named, result.profiles.single
+    figure, grid, drawn = grid_of(len(curves), 1.2, min(3, len(curves)), gap=(0.6, 0.2), sharey=True)
+    for axes, curve in zip(drawn, curves, strict=True):
         _profile(axes, curve, listed[curve.name], style)
-    for axes in grid.ravel()[len(curves) :]:
-        axes.set_axis_off()
     for axes in grid[:, 0]:
         axes.set_ylabel("2 Δ log L")
     yield Picture(
@@ -42,37 +38,46 @@ def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture
         figure=figure,
     )
     if result.profiles.pair is not None:
-        yield _region(result, result.profiles.pair, listed, style)
+        yield _region(result, result.profiles.pair, style)
 
 
 def _profile(axes: Axes, curve: LikelihoodProfile, estimate: ParameterEstimate, style: PageStyle) -> None:
     """One profile and the parabola of the standard error in the coordinate of the fit, on an axis of values."""
-    spec = estimate.spec
     axes.axhline(_LEVEL, color="#c8c8c8", linewidth=0.8, linestyle=":")
     if estimate.stderr:
-        shifts = np.array([spec.to_internal(value) for value in curve.values]) - spec.to_internal(estimate.value)
-        axes.plot(curve.values, (shifts * spec.slope(estimate.value) / estimate.stderr) ** 2, color=style.model, linewidth=0.8)
+        shifts = _internal(estimate, np.array(curve.values)) / _sigma(estimate)
+        axes.plot(curve.values, shifts**2, color=style.model, linewidth=0.8)
     axes.plot(curve.values, curve.rise, "o-", color=style.nominal, markersize=2.5, linewidth=1.0)
     axes.set_ylim(0.0, 10.0)
     few_ticks(axes, x=3, y=4)
-    axes.set_xlabel(_axis(estimate))
+    axes.set_xlabel(heading(estimate.spec.symbol, estimate.spec.unit))
 
 
-def _region(result: FitResult, pair: ProfileMap, listed: dict[str, ParameterEstimate], style: PageStyle) -> Picture:
-    """Contours of a pair: the first parameter as its departure from the long axis of the ellipse, which would hide a bend."""
+def _region(result: FitResult, pair: ProfileMap, style: PageStyle) -> Picture:
+    """Contours of a pair: the first parameter as its departure from the long axis of the ellipse, which would hide a bend.
+
+    The departure is from its regression on the second, both in the coordinates of the fit; in per cent of a logarithmic one.
+    """
+    one, other = (result.named[name] for name in pair.names)
+    correlation = float(result.correlation[tuple(result.correlated.index(name) for name in pair.names)])
+    (of_one, of_other), per_internal = map(_sigma, (one, other)), 100.0 if one.spec.logarithmic else one.spec.scale
+    x, rise = np.array(pair.second), np.array(pair.rise)
+    y = per_internal * (_internal(one, np.array(pair.first)) - correlation * of_one / of_other * _internal(other, x))
     figure, grid = panels((2.3,), 1)
-    axes, departs = grid[0, 0], _Departure(first=listed[pair.names[0]], second=listed[pair.names[1]], result=result)
-    x, y, rise = np.array(pair.second), departs(np.array(pair.first), np.array(pair.second)), np.array(pair.rise)
+    axes = grid[0, 0]
     if np.isfinite(rise).all():
         x, y, rise = (zoom(values, 5, order=3) for values in (x, y, rise))
     lines = axes.contour(x, y, rise, levels=list(_PAIR_LEVELS.values()), colors=[style.nominal], linewidths=[0.8, 1.4])
     axes.clabel(lines, fmt=dict(zip(lines.levels, _PAIR_LEVELS, strict=True)), fontsize=7)
-    axes.plot(departs.second.value, 0.0, "+", color="black", markersize=7)
-    axes.plot(*departs.ellipse(_PAIR_LEVELS["95 %"]), color=style.model, linewidth=0.8)
-    first, second = (symbol_text(one.spec.symbol) for one in (departs.first, departs.second))
+    axes.plot(other.value, 0.0, "+", color="black", markersize=7)
+    angle, reach = np.linspace(0.0, 2.0 * np.pi, 200), np.sqrt(_PAIR_LEVELS["95 %"])
+    along = other.spec.to_internal(other.value) + reach * of_other * np.cos(angle)
+    across = per_internal * reach * np.sqrt(1.0 - correlation**2) * of_one * np.sin(angle)
+    axes.plot([other.spec.to_physical(value) for value in along], across, color=style.model, linewidth=0.8)
+    first, second = (symbol_text(each.spec.symbol) for each in (one, other))
     few_ticks(axes, x=5, y=5)
-    axes.set_xlabel(_axis(departs.second))
-    axes.set_ylabel(f"{first} off the line, {departs.unit}")
+    axes.set_xlabel(heading(other.spec.symbol, other.spec.unit))
+    axes.set_ylabel(f"{first} off the line, {'%' if one.spec.logarithmic else unit_text(one.spec.unit) or '1'}")
     return Picture(
         name="profile-contour",
         section="estimates",
@@ -82,39 +87,6 @@ def _region(result: FitResult, pair: ProfileMap, listed: dict[str, ParameterEsti
         alt=f"Contours of the likelihood over {first} and {second}.",
         figure=figure,
     )
-
-
-@dataclasses.dataclass(frozen=True)
-class _Departure:
-    """Departure of one parameter from its regression on another, both in the coordinates of the fit; in per cent of a logarithmic one."""
-
-    first: ParameterEstimate
-    second: ParameterEstimate
-    result: FitResult
-
-    @property
-    def unit(self) -> str:
-        """For the label of the axis."""
-        return "%" if self.first.spec.logarithmic else (unit_text(self.first.spec.unit) or "1")
-
-    def __call__(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Of pairs of values."""
-        shift = _internal(self.first, first) - self._correlation * _sigma(self.first) / _sigma(self.second) * _internal(self.second, second)
-        return shift * (100.0 if self.first.spec.logarithmic else self.first.spec.scale)
-
-    def ellipse(self, level: float) -> tuple[np.ndarray, np.ndarray]:
-        """Region of the normal approximation: values of the second, and departures."""
-        angle = np.linspace(0.0, 2.0 * np.pi, 200)
-        along = np.sqrt(level) * _sigma(self.second) * np.cos(angle)
-        across = np.sqrt(level * (1.0 - self._correlation**2)) * _sigma(self.first) * np.sin(angle)
-        spec = self.second.spec
-        values = np.array([spec.to_physical(spec.to_internal(self.second.value) + one) for one in along])
-        return values, across * (100.0 if self.first.spec.logarithmic else self.first.spec.scale)
-
-    @property
-    def _correlation(self) -> float:
-        index = [self.result.correlated.index(one.spec.name) for one in (self.first, self.second)]
-        return float(self.result.correlation[index[0], index[1]])
 
 
 def _internal(estimate: ParameterEstimate, values: np.ndarray) -> np.ndarray:
@@ -132,8 +104,7 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """Corner plot: a histogram of every parameter, and the draws of every pair; one picture, where the posterior was sampled."""
     if result.posterior is None:
         return
-    listed, draws = {p.spec.name: p for p in result.parameters}, result.posterior.pooled
-    found = [listed[name] for name in result.posterior.names]
+    draws, found = result.posterior.pooled, [result.named[name] for name in result.posterior.names]
     count, few = len(found), draws[:: max(1, len(draws) // _MARKS)]
     figure, grid = panels((1.05,) * count, count, gap=(0.1, 0.1), width=1.0 + 1.15 * count)
     for (row, column), axes in np.ndenumerate(grid):
@@ -147,11 +118,11 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         else:
             marks = {"markersize": 2.4, "alpha": 0.5, "markeredgewidth": 0, "rasterized": True}
             axes.plot(few[:, column], few[:, row], ".", color=style.nominal, **marks)
-            axes.set_ylabel("" if column else _axis(found[row]))
+            axes.set_ylabel("" if column else heading(found[row].spec.symbol, found[row].spec.unit))
         for offset, shown in ((axes.xaxis, row == count - 1), (axes.yaxis, column == 0)):
             offset.get_offset_text().set(fontsize=6, visible=shown)
         if row == count - 1:
-            axes.set_xlabel(_axis(found[column]))
+            axes.set_xlabel(heading(found[column].spec.symbol, found[column].spec.unit))
     yield Picture(
         name="posterior",
         section="estimates",
@@ -159,8 +130,3 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         alt=f"Corner plot of {len(draws)} draws of {', '.join(symbol_text(p.spec.symbol) for p in found)}.",
         figure=figure,
     )
-
-
-def _axis(estimate: ParameterEstimate) -> str:
-    unit = unit_text(estimate.spec.unit)
-    return symbol_text(estimate.spec.symbol) + (f" ({unit})" if unit else "")

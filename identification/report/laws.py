@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Group
 from rich.text import Text
 
-from identification.estimation.unseen import rms_nrmse
+from identification.estimation.held_back import rms_nrmse
 from identification.report.tables import Table
 from identification.report.verdict import GOOD, judge
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate
@@ -29,16 +29,10 @@ _OF_PREDICTED = "; NRMSE, 2Δln p: error, and twice the log predictive density l
 class LawScore:
     """One law's fit beside that of the best law.
 
-    Attributes:
-        law: name.
-        result: of its fit.
-        contact: parameters of the law, with their errors.
-        count: of those that were estimated.
-        samples: readings to which it was fitted; None where that is not known.
-        gain: twice the log-likelihood less that of the best law; None where it is of other samples.
-        bic: Bayesian information criterion, less that of the best law, 0 or more; None where it is of other samples.
-        nrmse: rms normalised error on the records held back, or None.
-        density_gain: twice the log predictive density of the records held back, less that of the best law; None as for the others.
+    `contact` holds the parameters of the law with their errors, of which `count` were estimated from so many `samples`. Less those of the
+    best law: `gain`, twice the log-likelihood; `bic`, the Bayesian information criterion, 0 or more; `density_gain`, twice the log
+    predictive density of the records held back, whose rms normalised error is `nrmse`. None where a number is not known or is one of other
+    samples than the best law's.
     """
 
     law: str
@@ -57,43 +51,36 @@ def law_scores(results: Mapping[str, FitResult]) -> tuple[LawScore, ...]:
 
     A law without contact may be fitted to thinned records; it comes last, since its likelihood is not one of the same samples.
     """
-    known = [one for one in results.values() if one.likelihood is not None]
-    touching = [one for one in known if one.model.law.parameters] or known
-    most = max((one.likelihood.samples for one in touching if one.likelihood is not None), default=0)
-    scores = list[LawScore]()
-    for law, result in results.items():
-        names = {p.name for p in result.model.law.parameters}
-        contact = tuple(p for p in result.parameters if p.spec.name in names)
-        count, known = sum(p.status != FIXED for p in contact), result.likelihood
-        samples = None if known is None else known.samples
-        known = known if known is not None and known.samples == most else None
+    known = {law: one.likelihood for law, one in results.items() if one.likelihood is not None}
+    touching = [one for law, one in known.items() if results[law].model.law.parameters] or list(known.values())
+    most = max((one.samples for one in touching), default=0)
+    contact = {law: tuple(one.named[p.name] for p in one.model.law.parameters if p.name in one.named) for law, one in results.items()}
+    count = {law: sum(p.status != FIXED for p in those) for law, those in contact.items()}
+    bic = {law: one.deviance + count[law] * math.log(max(most, 1)) for law, one in known.items() if one.samples == most}
+    order = sorted(results, key=lambda law: bic.get(law, math.inf))
+    best = known[order[0]] if bic else None
+    scores = []
+    for law in order:
+        result, own = results[law], known.get(law)
+        comparable = own if law in bic else None
         scores.append(
             LawScore(
                 law=law,
                 result=result,
-                contact=contact,
-                count=count,
-                samples=samples,
-                gain=None if known is None else -known.deviance,
-                bic=None if known is None else known.deviance + count * math.log(max(most, 1)),
+                contact=contact[law],
+                count=count[law],
+                samples=None if own is None else own.samples,
+                gain=None if comparable is None or best is None else best.deviance - comparable.deviance,
+                bic=bic[law] - bic[order[0]] if law in bic else None,
                 nrmse=rms_nrmse(result.held_back) if result.held_back else None,
-                density_gain=None if known is None or known.held_back is None else -known.held_back,
+                density_gain=None if comparable is None or best is None else _less(best.held_back, comparable.held_back),
             )
         )
-    scores.sort(key=lambda one: math.inf if one.bic is None else one.bic)
-    return tuple(
-        dataclasses.replace(
-            one,
-            gain=_less(one.gain, scores[0].gain),
-            bic=_less(one.bic, scores[0].bic),
-            density_gain=_less(one.density_gain, scores[0].density_gain),
-        )
-        for one in scores
-    )
+    return tuple(scores)
 
 
-def _less(number: float | None, best: float | None) -> float | None:
-    return None if number is None or best is None else number - best
+def _less(number: float | None, other: float | None) -> float | None:
+    return None if number is None or other is None else number - other
 
 
 def law_summary(scores: tuple[LawScore, ...], refused: Mapping[str, Exception]) -> Group:

@@ -12,10 +12,10 @@ from rich.text import Text
 from identification.experiment import Experiment, ParameterOption
 from identification.report.base import recorded
 from identification.report.verdict import GOOD, judge
+from identification.result.evidence import Unrest
 from identification.result.posterior import SHAPE_LIMIT
 from identification.result.reference import Comparison, Reference, compare, unmatched
 from identification.result.result import OK, FitResult, ParameterEstimate, RecordFit, SensorError
-from identification.result.variation import Unrest
 from identification.wording.names import label, spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, compact, grouped, joined, percent, rounded, significant, unit_text, with_unit
 from vibrojax.model import Model
@@ -142,8 +142,8 @@ def _parameter(estimate: ParameterEstimate, option: ParameterOption | None) -> t
 
 def wishes(result: FitResult) -> list[tuple[str, str]]:
     """Symbol of every parameter for which the operator set more than a start, and what."""
-    wished = [(p, result.experiment.parameters[p.spec.name]) for p in result.parameters if p.spec.name in result.experiment.parameters]
-    return [(p.spec.symbol, text) for p, option in wished if (text := _wish(p, option))]
+    options = result.experiment.parameters
+    return [(p.spec.symbol, text) for name, p in result.named.items() if name in options and (text := _wish(p, options[name]))]
 
 
 def _wish(estimate: ParameterEstimate, option: ParameterOption) -> str:
@@ -189,8 +189,7 @@ def correlations(result: FitResult) -> Table:
 
 
 def _symbols(result: FitResult) -> list[str]:
-    known = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
-    return [known.get(name, name) for name in result.correlated]
+    return [symbol_text(result.named[name].spec.symbol) for name in result.correlated]
 
 
 def records(fits: Iterable[RecordFit], experiment: Experiment) -> Table:
@@ -284,22 +283,18 @@ def between(result: FitResult) -> Table:
     rows = []
     for one in result.between_records:
         chi2 = f"{significant(one.chi2, 3)} of {one.degrees} ({chance_text(one.chance)})"
-        rows.append((_estimate(result, one.name).spec.symbol, rounded(*one.pooled).text, significant(one.scatter, 2), chi2))
+        rows.append((result.named[one.name].spec.symbol, rounded(*one.pooled).text, significant(one.scatter, 2), chi2))
     return Table(columns=("parameter", "mean over records", "scatter", "chi-square (chance)"), rows=tuple(rows), symbols=True)
 
 
 def alone(result: FitResult) -> Table:
     """Records by parameters: what each record alone would estimate, and all together."""
     found, files = result.between_records, [record.file for record in result.records]
-    specs = [_estimate(result, one.name) for one in found]
+    specs = [result.named[one.name] for one in found]
     rows = [(file, *(rounded(*one.records[file]).text if file in one.records else NONE for one in found)) for file in files]
     together = ("all together", *(rounded(one.value, one.stderr).text for one in specs))
     headings = [f"{symbol_text(one.spec.symbol)} ({unit_text(one.spec.unit) or '1'})" for one in specs]
     return Table(columns=("record", *headings), rows=(*rows, together), bold=(len(rows),))
-
-
-def _estimate(result: FitResult, name: str) -> ParameterEstimate:
-    return next(one for one in result.parameters if one.spec.name == name)
 
 
 def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tuple[Table, list[str]]:
@@ -318,11 +313,11 @@ def comparison(comparisons: tuple[Comparison, ...], reference: Reference) -> tup
 
 
 def posterior(result: FitResult) -> Table:
-    """Sampled parameters beside the intervals of the fit; no rows where the posterior was not sampled."""
-    rows: list[tuple[str, ...]] = []
-    for name in () if (sample := result.posterior) is None else sample.names:
-        assert sample is not None
-        estimate = _estimate(result, name)
+    """Sampled parameters beside the intervals of the fit, where the posterior was sampled."""
+    sample, rows = result.posterior, []
+    assert sample is not None
+    for name in sample.names:
+        estimate = result.named[name]
         shown = rounded(*sample.moments(name))
         ends = [sample.interval(name), estimate.ci95]
         texts = [NONE if pair is None else f"{shown.alike(pair[0])} … {shown.alike(pair[1])}{shown.times}" for pair in ends]
@@ -333,9 +328,9 @@ def posterior(result: FitResult) -> Table:
 
 
 def posterior_words(result: FitResult) -> str:
-    """How the posterior was sampled, in one sentence; empty where it was not."""
-    if (sample := result.posterior) is None:
-        return ""
+    """How the posterior was sampled, in one sentence."""
+    sample = result.posterior
+    assert sample is not None
     return (
         f"Posterior of the same likelihood (flat in the coordinates of the fit, times the priors above if any): {len(sample.weight)} "
         f"weighted draws, worth {sample.effective:.0f} of equal weight; shape of the weights' tail {sample.tail:.2f}, "

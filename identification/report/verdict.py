@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from identification.estimation.adequacy import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
-from identification.estimation.unseen import has_signal, rms_nrmse
-from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, RecordFit, SensorError, residual
+from identification.estimation.held_back import has_signal, rms_nrmse
+from identification.result.evidence import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
+from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, SensorError, residual
 from identification.wording.names import spoken, symbol_text
 from identification.wording.numbers import chance_text, joined, percent, significant
 
@@ -31,27 +31,22 @@ class Part:
     chi2: float
 
     @property
-    def times_noise(self) -> float:
-        return math.sqrt(self.chi2)
-
-    @property
     def excess(self) -> float:
         """Chi-square over what noise could make of it."""
         return self.chi2 / chi2_limit(self.samples, ONE_CHANNEL)
 
     @property
     def words(self) -> str:
-        return f"{spoken(self.channel)} in {self.phase} of {self.file}"
+        return f"{spoken(self.channel)} in {self.phase} of {self.file}, {_times(math.sqrt(self.chi2))} the noise"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, further ones, and the part with the largest excess of chi-square."""
+    """How good a fit is: level (`GOOD`, `PARTLY`, `POOR`), a sentence, and further ones."""
 
     level: str
     sentence: str
     remarks: tuple[str, ...]
-    worst: Part | None
 
 
 def added_sentence(added: Added) -> str:
@@ -98,24 +93,20 @@ def judge(result: FitResult) -> Verdict:
         level = PARTLY
     else:
         sentence, level = f"The model explains the records to the noise ({overall})", GOOD
-    worst_words = ""
-    if level != GOOD:
-        worst_words = f"; worst is {worst.words}, {_times(worst.times_noise)} the noise" if worst is not None else ""
+    clauses = [f"; worst is {worst.words}"] if level != GOOD and worst is not None else []
     if not result.converged:
         sentence, level = f"The iteration did NOT converge, and the numbers below are where it stopped. {sentence}", POOR
-    if coloured := not_white(result.reading_error):
+    for clause in filter(None, (not_white(result.reading_error), contradicting(result))):
         level = PARTLY if level == GOOD else level
-        worst_words += f"; {coloured}"
-    if contradiction := contradicting(result):
-        level = PARTLY if level == GOOD else level
-        worst_words += f"; {contradiction}"
+        clauses.append(f"; {clause}")
     if result.held_back:
-        unpredicted = [f"{spoken(name)} of {one.file}" for one in result.held_back for name in one.nrmse if not _is_predicted(one, name)]
+        worse = [(name, one) for one in result.held_back for name, error in one.nrmse.items() if has_signal(one, name) and not error < 1.0]
+        unpredicted = [f"{spoken(name)} of {one.file}" for name, one in worse]
         level = PARTLY if unpredicted and level == GOOD else level
         if math.isfinite(error := rms_nrmse(result.held_back)):
-            worst_words += f"; the error on records held back is {percent(error, 1.0)}"
-        worst_words += f", and {unpredicted[0]} is predicted no better than by its mean" if unpredicted else ""
-    return Verdict(level=level, sentence=f"{sentence}{worst_words}.", remarks=remarks, worst=worst)
+            clauses.append(f"; the error on records held back is {percent(error, 1.0)}")
+        clauses += [f", and {unpredicted[0]} is predicted no better than by its mean"] if unpredicted else []
+    return Verdict(level=level, sentence=f"{sentence}{''.join(clauses)}.", remarks=remarks)
 
 
 def not_white(errors: Mapping[str, SensorError]) -> str:
@@ -137,14 +128,9 @@ def contradicting(result: FitResult) -> str:
     if not found:
         return ""
     one = min(found, key=lambda each: (each.chance, -each.chi2))
-    symbol = symbol_text(next(each.spec.symbol for each in result.parameters if each.spec.name == one.name))
+    symbol = symbol_text(result.named[one.name].spec.symbol)
     chi2 = f"chi-square {significant(one.chi2, 3)} of {one.degrees}, chance {chance_text(one.chance)}"
     return f"the records contradict each other in {symbol} ({chi2}): its standard error does not cover a new record"
-
-
-def _is_predicted(record: RecordFit, channel: str) -> bool:
-    """Whether a channel held back is predicted better than by its mean, or holds no signal."""
-    return not has_signal(record, channel) or record.nrmse[channel] < 1.0
 
 
 def parts(result: FitResult) -> Iterator[Part]:
@@ -218,8 +204,7 @@ def next_steps(result: FitResult, verdict: Verdict) -> tuple[str, ...]:
 
 def _inseparable(result: FitResult) -> list[str]:
     """Pairs of contact parameters whose estimates are almost perfectly correlated."""
-    symbols = {p.spec.name: symbol_text(p.spec.symbol) for p in result.parameters}
-    law = {p.name for p in result.model.law.parameters}
+    symbols, law = {name: symbol_text(p.spec.symbol) for name, p in result.named.items()}, {p.name for p in result.model.law.parameters}
     return [
         f"{symbols[first]} and {symbols[second]}"
         for i, first in enumerate(result.correlated)

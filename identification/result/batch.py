@@ -36,19 +36,11 @@ class BatchParameter:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class BatchRow:
-    """What became of one experiment.
+    """What became of one experiment, whose folder has the path `experiment` from that of the batch.
 
-    Attributes:
-        experiment: path of its folder, from that of the batch.
-        digest: as of `input_digest`, before it was read.
-        status: level of the fit's verdict, or `BAD_INPUT` or `NO_CONVERGENCE`.
-        headline: sentence of the verdict; empty where there is no fit.
-        law: name of the contact law; empty likewise.
-        parameters: in the order of the fit; none where there is no fit.
-        chi2_reduced: of the fit, or None.
-        seconds: from reading to the written page, s.
-        failure: why there is no fit, in one line; empty where there is one.
-        fit_sha256: of `fit.json`; empty where there is no fit.
+    `digest` is as of `input_digest`, before it was read; `status` the level of the fit's verdict, or `BAD_INPUT` or `NO_CONVERGENCE`, with
+    the verdict's `headline`; `seconds` count from reading to the written page; `failure` is the reason, in one line, why there is no fit,
+    and what only a fit has is empty then; `fit_sha256` is the checksum of `fit.json`.
     """
 
     experiment: str

@@ -1,5 +1,6 @@
 """Files of a fit: `fit.json`, every number with its unit in strict JSON, and `result.nc`, from which its page is drawn again."""
 
+import contextlib
 import dataclasses
 import hashlib
 import importlib.metadata
@@ -26,13 +27,7 @@ VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scip
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StoredFit:
-    """Content of a fit's report page.
-
-    Attributes:
-        result: of the fit.
-        reference: known values for comparison, or None.
-        provenance: as in `fit.json`.
-    """
+    """What the page of a fit is drawn from: the result, known values beside it or None, and the provenance as in `fit.json`."""
 
     result: FitResult
     reference: Reference | None
@@ -84,22 +79,15 @@ def provenance(result: FitResult) -> dict[str, Any]:
 def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) -> dict[str, Any]:
     """Where results come from: versions, sha256 of every file that was read, more if given, wall time by stage in s."""
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
-    versions = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONS_OF}
+    versions = {"python": platform.python_version()} | dict.fromkeys(VERSIONS_OF)
+    for name in VERSIONS_OF:
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            versions[name] = importlib.metadata.version(name)
     return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
 
 
-def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Fit result as plain data for `fit.json`.
-
-    Numbers that are not finite become None, since JSON has no representation of them.
-
-    Args:
-        result: of the fit.
-        provenance_: additions to `provenance(result)`; a key given here takes precedence.
-
-    Returns:
-        Plain dictionaries, lists, strings and finite numbers; parameters by name, in the order of the tables.
-    """
+def fit_json(result: FitResult) -> dict[str, Any]:
+    """Fit result as plain data for `fit.json`, parameters by name in the order of the tables; what is not finite becomes None."""
     document = {
         "schema": SCHEMA,
         "experiment": result.experiment.name,
@@ -107,41 +95,38 @@ def fit_json(result: FitResult, provenance_: Mapping[str, Any] | None = None) ->
         "suspension": result.model.suspension.name,
         "load": model_document(result.model).get("load"),
         "recorder": model_document(result.model).get("recorder", []),
-        "effects": None if result.added is None else dataclasses.asdict(result.added),
+        "effects": result.added,
         "parameters": {p.spec.name: _parameter(p) | _wish(result, p.spec.name) for p in result.parameters},
         "derived": {d.name: {"value": d.value, "stderr": d.stderr, "unit": d.unit} for d in result.derived},
-        "correlation": {"names": list(result.correlated), "matrix": result.correlation},
+        "correlation": {"names": result.correlated, "matrix": result.correlation},
         "chi2_reduced": result.chi2_reduced,
         "degrees_of_freedom": result.degrees,
         "converged": result.converged,
         "discretisation": result.discretisation,
         "smoothed": None if result.smoothing is None else {"smoothing": result.smoothing, "parameters": result.smoothed},
         "posterior": None if result.posterior is None else result.posterior.document(),
-        "profiles": None if result.profiles is None else dataclasses.asdict(result.profiles),
-        "likelihood": None if result.likelihood is None else dataclasses.asdict(result.likelihood),
+        "profiles": result.profiles,
+        "likelihood": result.likelihood,
         "unrest": None if result.unrest is None else result.unrest.document(),
         "between_records": {one.name: one.document() for one in result.between_records},
-        "ring_downs": result.ring_downs.document(),
-        "reading_error": {name: dataclasses.asdict(one) for name, one in result.reading_error.items()},
+        "ring_downs": result.ring_downs,
+        "reading_error": result.reading_error,
         "force_share": result.force_share,
-        "warnings": list(result.warnings),
+        "warnings": result.warnings,
         "records": [_record(record) for record in result.records],
         "held_back": [_record(record) for record in result.held_back],
-        "provenance": provenance(result) | dict(provenance_ or {}),
+        "provenance": provenance(result),
     }
     return plain(document)
 
 
-def write_fit_json(result: FitResult, path: Path, provenance_: Mapping[str, Any] | None = None) -> None:
+def write_fit_json(result: FitResult, path: Path) -> None:
     """Write `fit_json` to a file."""
-    write_json(fit_json(result, provenance_), path)
+    write_json(fit_json(result), path)
 
 
 def read_estimates(path: Path) -> dict[str, tuple[float, str]]:
-    """Value and unit of every parameter of an earlier fit, by name; one whose value was not finite is left out.
-
-    Args:
-        path: of its `fit.json`, or of the folder that holds it.
+    """Value and unit of every parameter of an earlier fit, by name, from its `fit.json` or its folder; what was not finite is left out.
 
     Raises:
         InputError: there is no such file, or it is no result of a fit.
@@ -162,11 +147,9 @@ def estimates_file(path: Path) -> Path:
 
 
 def state_files(stating: Path, folder: Path) -> None:
-    """State in `fit.json` or `diagnosis.json` which other files belong to its set, each with its SHA-256.
+    """State in `fit.json` or `diagnosis.json`, `stating`, the SHA-256 of each other file in the folder, which receives it anew.
 
-    Args:
-        stating: the file as it is; files that it already states stay, with the checksum of that in the folder where there is one.
-        folder: that holds the files, and receives the file anew.
+    Files that it already states stay, with the checksum of that in the folder where there is one.
     """
     document = json.loads(stating.read_text(encoding="utf-8"))
     others = sorted(path for path in folder.iterdir() if path.name != stating.name)
@@ -176,7 +159,7 @@ def state_files(stating: Path, folder: Path) -> None:
 
 
 def plain(value: Any) -> Any:
-    """A value as plain JSON data: arrays become lists, NumPy and JAX numbers Python's, numbers that are not finite None.
+    """A value as plain JSON data: data classes become tables, arrays lists, NumPy and JAX numbers Python's, what is not finite None.
 
     Example:
         >>> import numpy as np
@@ -193,6 +176,8 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return value if isinstance(value, int) else str(value)
 
 
@@ -202,7 +187,7 @@ def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
     return {
         "value": estimate.value,
         "stderr": estimate.stderr if known else None,
-        "ci95": list(estimate.ci95) if known and estimate.ci95 is not None else None,
+        "ci95": estimate.ci95 if known else None,
         "unit": estimate.spec.unit,
         "status": estimate.status,
         "reason": estimate.reason,
@@ -217,8 +202,7 @@ def _parameter(estimate: ParameterEstimate) -> dict[str, Any]:
 def _wish(result: FitResult, name: str) -> dict[str, Any]:
     """What the operator wanted of a parameter beside start and `fixed`."""
     option = result.experiment.parameters.get(name, ParameterOption())
-    prior = None if option.prior is None else {"mean": option.prior.mean, "std": option.prior.std}
-    return {"bounds": option.bounds, "prior": prior}
+    return {"bounds": option.bounds, "prior": option.prior}
 
 
 def _record(record: RecordFit) -> dict[str, Any]:
@@ -232,12 +216,5 @@ def _record(record: RecordFit) -> dict[str, Any]:
         "nrmse": record.nrmse,
         "chi2_reduced": record.chi2_reduced,
         "noise": record.noise,
-        "notices": list(record.notices),
-    } | ({"horizons": [dataclasses.asdict(one) for one in record.horizons]} if record.horizons else {})
-
-
-def _version(name: str) -> str | None:
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
+        "notices": record.notices,
+    } | ({"horizons": record.horizons} if record.horizons else {})

@@ -27,15 +27,10 @@ def check_extra() -> None:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class PosteriorSample:
-    """Weighted draws of the shared parameters from their posterior.
+    """Weighted draws of the shared parameters, SI, from their posterior.
 
-    Attributes:
-        names: of the parameters, the last axis of `draws`.
-        units: of the parameters.
-        draws: (draws, parameters), SI.
-        log_density: of every draw, in the coordinates of the fit, up to a constant.
-        weight: of every draw, smoothed; they sum to 1.
-        tail: shape of the tail of the weights; above `SHAPE_LIMIT` the draws do not represent the posterior.
+    The log density is up to a constant, in the coordinates of the fit; weights are smoothed and sum to 1. Where the shape of their `tail`
+    is above `SHAPE_LIMIT`, the draws do not represent the posterior.
     """
 
     names: tuple[str, ...]

@@ -38,16 +38,11 @@ _TINY = np.finfo(float).tiny
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Rebound:
-    """Measured and fitted restitution of one contact, between the last sample before it and the first one after it.
+    """Measured and fitted restitution of one contact, between the last sample before it and the first one after it; speeds in m/s.
 
-    Attributes:
-        file: of the record.
-        approach_speed: m/s.
-        restitution: speed after over speed before.
-        stderr: of the restitution, from the scatter about the two flights.
-        fitted_speed, fitted: both of the fitted motion, since spring and cart act alike on measured and fitted motion during a contact;
-            of a free hammer, whose windows may have followed the record, the fitted law's restitution at the measured approach speed.
-        by_law: whether `fitted` is that of the contact law alone.
+    The standard error of the restitution comes from the scatter about the two flights. `fitted_speed` and `fitted` are those of the fitted
+    motion, since spring and cart act alike on measured and fitted motion during a contact. Where the hammer is free, they are the measured
+    speed and the law's restitution at it (`by_law`): the fitted motion need not meet the stop when the record does.
     """
 
     file: str
@@ -64,34 +59,25 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
 
     In flight, the difference between record and fitted motion is a free vibration of the suspension, described by two numbers. Its velocity
     at the touch is added to the fitted one. A hammer without suspension, beside a cart at rest, needs no fitted motion. The measurement
-    uses only flight and instants of contact of the model.
-
-    Args:
-        records: with their predictions.
-        model: fitted.
-
-    Returns:
-        Rebounds record by record, in order of time; none for records without displacement or with a prescribed motion.
+    uses only flight and instants of contact of the model. Rebounds stand record by record, in order of time; records without displacement
+    or with a prescribed motion have none.
     """
     values = model.values()
     flight = _Flight(omega=2.0 * np.pi * float(values.get("f_n", 0.0)), zeta=float(values.get("zeta", 0.0)))
     let_go = [record for record in records if record.kind != "prescribed" and _contacts(record)]
     if _is_free(model) and all(record.kind == "drop-test" for record in let_go):
         downhill = float(model.load.force(model.mass) / model.mass)
-        return _by_law([one for record in let_go for one in _of_record(record, _by_itself(record, downhill), flight)], model)
-    found = [one for record in let_go for one in _of_record(record, _beside_the_fit(record), flight)]
+        return _by_law([one for record in let_go for one in _of_record(record, flight, downhill)], model)
+    found = [one for record in let_go for one in _of_record(record, flight)]
     return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
 
 
 def _is_free(model: Model) -> bool:
     """Whether only the stop acts on the hammer during a contact, for a cart at rest, and no sensor fault affects its displacement."""
-    stops = [_only_elsewhere(effect) or type(effect).stop is not AbstractEffect.stop for effect in model.effects]
-    return "f_n" not in model.values() and all(stops)
-
-
-def _only_elsewhere(effect: AbstractEffect) -> bool:
-    """Whether an effect is a fault of a sensor other than the hammer's displacement."""
-    return effect.is_fault and effect.channel not in _SHOW_THE_HAMMER
+    return "f_n" not in model.values() and all(
+        effect.channel not in _SHOW_THE_HAMMER if effect.is_fault else type(effect).stop is not AbstractEffect.stop
+        for effect in model.effects
+    )
 
 
 def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
@@ -100,10 +86,11 @@ def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
     for effect in model.effects:
         law, gap = effect.stop(law, gap)
     found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
-    found = [
-        dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True) for one, e in zip(read, found, strict=True)
+    return [
+        dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True)
+        for one, e in zip(read, found, strict=True)
+        if np.isfinite(e)
     ]
-    return [one for one in found if np.isfinite(one.fitted)]
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -154,42 +141,28 @@ def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class _Course:
-    """Measured displacement relative to a known motion.
-
-    Attributes:
-        over: (samples,) measured displacement less that of the known motion, m.
-        velocity: (samples,) of the known motion, m/s.
-        piece: (samples,) number of the window in which the known motion is continuous.
-    """
+    """Measured displacement relative to a known motion, m; velocity of that, m/s, and number of the window in which it is continuous."""
 
     over: Float[np.ndarray, " samples"]
     velocity: Float[np.ndarray, " samples"]
     piece: np.ndarray
 
 
-def _by_itself(record: RecordFit, downhill: float) -> _Course | None:
-    """Displacement relative to a fall at a constant acceleration, m/s^2: only stop and load act. None where it was not recorded."""
-    channel = _shows_the_hammer(record)
-    since = record.time - record.time[0]
-    fallen, piece = 0.5 * downhill * since**2, record.window == NO_WINDOW
-    return _Course(over=record.measured[channel] - fallen, velocity=downhill * since, piece=piece) if channel else None
-
-
-def _beside_the_fit(record: RecordFit) -> _Course | None:
-    """Displacement relative to the fitted motion; None where no displacement was recorded."""
-    channel = _shows_the_hammer(record)
-    if not channel:
+def _course(record: RecordFit, downhill: float | None) -> _Course | None:
+    """Displacement relative to the fitted motion, or to a fall at a constant acceleration, m/s^2; None where it was not recorded."""
+    channel = next((name for name in _SHOW_THE_HAMMER if name in record.measured), None)
+    if channel is None:
         return None
-    return _Course(over=record.measured[channel] - record.predicted[channel], velocity=record.relative_velocity, piece=record.window)
+    u = record.measured[channel]
+    if downhill is None:
+        return _Course(over=u - record.predicted[channel], velocity=record.relative_velocity, piece=record.window)
+    since = record.time - record.time[0]
+    return _Course(over=u - 0.5 * downhill * since**2, velocity=downhill * since, piece=record.window == NO_WINDOW)
 
 
-def _shows_the_hammer(record: RecordFit) -> str:
-    """Channel of the hammer's displacement; empty without one."""
-    return next((name for name in _SHOW_THE_HAMMER if name in record.measured), "")
-
-
-def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> list[Rebound]:
-    """Rebounds of a record from all contacts with flight on either side."""
+def _of_record(record: RecordFit, flight: _Flight, downhill: float | None = None) -> list[Rebound]:
+    """Rebounds of a record from all contacts with flight on either side, beside the fitted motion or a free fall `downhill`, m/s^2."""
+    course = _course(record, downhill)
     if course is None:
         return []
     found = _contacts(record)
@@ -200,17 +173,12 @@ def _of_record(record: RecordFit, course: _Course | None, flight: _Flight) -> li
 
 
 def _contacts(record: RecordFit) -> list[Impact]:
-    """Contacts with and without samples in them, in order of time."""
-    return merged([*impacts(record), *_bounces(record)])
-
-
-def _bounces(record: RecordFit) -> list[Impact]:
-    """Contacts without a sample in them, as with a rigid stop: the fitted velocity reverses abruptly from one sample to the next."""
+    """Contacts in order of time; those without a sample in them, as with a rigid stop, where the fitted velocity reverses abruptly."""
     v = record.relative_velocity
     turn = -np.diff(v) * (np.diff(record.window) == 0)
     beside = np.maximum(np.pad(turn, (1, 0))[:-1], np.pad(turn, (0, 1))[1:])
     sudden = (v[:-1] > 0.0) & (v[1:] < 0.0) & (turn > _SUDDEN * beside)
-    return [Impact(first=int(at), end=int(at)) for at in np.flatnonzero(sudden) + 1]
+    return merged([*impacts(record), *(Impact(first=int(at), end=int(at)) for at in np.flatnonzero(sudden) + 1)])
 
 
 def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:

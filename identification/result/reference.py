@@ -18,16 +18,9 @@ ABSENT = "not stated"
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class ReferenceValue:
-    """One reference value of a source.
+    """One reference value: name as in `fit.json`, the symbol and the place (figure, table or page) of its source.
 
-    Attributes:
-        name: as in `fit.json` where it is a parameter of the fit.
-        symbol: of the source.
-        value: in `unit`; None where the source's value has not been entered.
-        unit: of value and stderr.
-        source: figure, table or page.
-        stderr: standard error, or None.
-        note: for the reader.
+    `value` and its standard error are in `unit`; None where they have not been entered.
     """
 
     name: str
@@ -36,7 +29,6 @@ class ReferenceValue:
     unit: str
     source: str
     stderr: float | None = None
-    note: str = ""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -54,31 +46,44 @@ class Reference:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One fitted number compared with its reference value.
-
-    Attributes:
-        name: of the parameter.
-        symbol: of the parameter.
-        unit: of all values.
-        value: fitted.
-        stderr: of the fit, or None.
-        reference: None where there is no reference value.
-        reference_stderr: or None.
-        sigmas: fitted less reference over the standard error of the difference; None where that is not known.
-        percent: fitted less reference in per cent of the reference; None where there is none.
-        remark: source of the reference value, or "no reference value" and why.
-    """
+    """One fitted number beside the row of its reference value; None where there is no row."""
 
     name: str
     symbol: str
     unit: str
     value: float
     stderr: float | None
-    reference: float | None
-    reference_stderr: float | None
-    sigmas: float | None
-    percent: float | None
-    remark: str
+    row: ReferenceValue | None
+
+    @property
+    def reference(self) -> float | None:
+        """The known value, in the unit of the fitted one."""
+        return None if self.row is None else self.row.value
+
+    @property
+    def reference_stderr(self) -> float | None:
+        """Its standard error."""
+        return None if self.row is None else self.row.stderr
+
+    @property
+    def sigmas(self) -> float | None:
+        """Fitted less reference over the standard error of the difference; None where that is not known."""
+        if self.reference is None or self.stderr is None:
+            return None
+        error = math.hypot(self.stderr, self.reference_stderr or 0.0)
+        return (self.value - self.reference) / error if error else None
+
+    @property
+    def percent(self) -> float | None:
+        """Fitted less reference in per cent of the reference; None where there is none."""
+        return 100.0 * (self.value - self.reference) / abs(self.reference) if self.reference else None
+
+    @property
+    def remark(self) -> str:
+        """Source of the reference value, or why there is none."""
+        if self.row is None:
+            return "no reference value"
+        return self.row.source if self.row.value is not None else f"no reference value: {self.row.source} is not known here"
 
 
 def read_reference(path: Path) -> Reference:
@@ -112,11 +117,7 @@ def read_reference(path: Path) -> Reference:
 
 
 def check_reference(reference: Reference, units: dict[str, str]) -> None:
-    """Check that a reference can be compared with a fit; worth calling before the fit.
-
-    Args:
-        reference: as read.
-        units: unit by name of every number that the fit will have, mass `m` included.
+    """Check before a fit that a reference can be compared with it; `units` are by name of every number that it will have, mass included.
 
     Raises:
         InputError: a row has another unit than the parameter of that name, or no row has the name of a parameter.
@@ -134,12 +135,14 @@ def check_reference(reference: Reference, units: dict[str, str]) -> None:
 
 def compare(result: FitResult, reference: Reference) -> tuple[Comparison, ...]:
     """Compare every fitted and derived number, and the mass, with its reference value; errors as for `check_reference`."""
-    fitted = [(p.spec.name, p.spec.symbol, p.spec.unit, p.value, p.stderr) for p in result.parameters]
-    fitted += [(d.name, d.symbol, d.unit, d.value, d.stderr) for d in result.derived]
-    if all(name != MASS.name for name, *_ in fitted):
-        fitted.append((MASS.name, MASS.symbol, MASS.unit, float(result.model.mass), None))
-    check_reference(reference, {name: unit for name, _, unit, _, _ in fitted})
-    return tuple(_compared(*row, reference.of(row[0])) for row in fitted)
+    fitted = [(p.spec, p.value, p.stderr) for p in result.parameters] + [(d, d.value, d.stderr) for d in result.derived]
+    if all(one.name != MASS.name for one, *_ in fitted):
+        fitted.append((MASS, float(result.model.mass), None))
+    check_reference(reference, {one.name: one.unit for one, *_ in fitted})
+    return tuple(
+        Comparison(name=one.name, symbol=one.symbol, unit=one.unit, value=value, stderr=stderr, row=reference.of(one.name))
+        for one, value, stderr in fitted
+    )
 
 
 def unmatched(comparisons: Iterable[Comparison], reference: Reference) -> tuple[str, ...]:
@@ -169,29 +172,4 @@ def _row(values: dict[str, object], where: str) -> ReferenceValue:
         unit=table.needed_string("unit"),
         source=table.needed_string("source"),
         stderr=table.number("stderr", positive=True),
-        note=table.string("note") or "",
     )
-
-
-def _compared(name: str, symbol: str, unit: str, value: float, stderr: float | None, row: ReferenceValue | None) -> Comparison:
-    known = row.value if row is not None else None
-    error = row.stderr if row is not None else None
-    spread = None if stderr is None else math.hypot(stderr, error or 0.0)
-    return Comparison(
-        name=name,
-        symbol=symbol,
-        unit=unit,
-        value=value,
-        stderr=stderr,
-        reference=known,
-        reference_stderr=error,
-        sigmas=(value - known) / spread if known is not None and spread else None,
-        percent=100.0 * (value - known) / abs(known) if known else None,
-        remark=_remark(row),
-    )
-
-
-def _remark(row: ReferenceValue | None) -> str:
-    if row is None:
-        return "no reference value"
-    return row.source if row.value is not None else f"no reference value: {row.source} is not known here"

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment import Experiment, si_unit
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.posterior import PosteriorSample
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
-from identification.result.variation import Disagreement, Unrest
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
@@ -311,6 +311,11 @@ class FitResult:
     likelihood: Likelihood | None = None
     started_from: StartedFrom | None = None
 
+    @property
+    def named(self) -> dict[str, ParameterEstimate]:
+        """The parameters by name."""
+        return {one.spec.name: one for one in self.parameters}
+
 
 _MERGED = 3
 """Samples out of contact that do not separate two impacts."""
@@ -364,9 +369,8 @@ def strength(record: RecordFit, impact: Impact) -> float:
 def misfit(record: RecordFit, impact: Impact) -> float:
     """Mean squared residual of all fitted channels around one impact."""
     part = impact.around(len(record.time), before=0.2, after=0.2)
-    squares = [residual(record, channel)[part] ** 2 for channel in record.chi2_reduced]
-    usable = np.concatenate(squares) if squares else np.zeros(0)
-    usable = usable[np.isfinite(usable)]
+    squares = np.concatenate([np.zeros(0), *(residual(record, channel)[part] ** 2 for channel in record.chi2_reduced)])
+    usable = squares[np.isfinite(squares)]
     return float(usable.mean()) if len(usable) else 0.0
 
 

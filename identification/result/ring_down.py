@@ -1,8 +1,7 @@
 """Equivalent damping ratio and frequency against amplitude, from the turning points of a free vibration or from flights between impacts."""
 
 import dataclasses
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,15 +22,10 @@ _MISSED = 1.5
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class RingDown:
-    """Damping and frequency of one free vibration by amplitude, from the largest on.
+    """Damping and frequency of one free vibration of a record by amplitude, from the largest on.
 
-    Attributes:
-        file: of the record.
-        amplitude: half the distance between turning points, m.
-        damping: equivalent viscous damping ratio, 1.
-        damping_stderr: its standard error due to the noise.
-        frequency: of the swing, Hz.
-        frequency_stderr: its standard error due to the noise.
+    The amplitude is half the distance between turning points, m, `damping` the equivalent viscous damping ratio, `frequency` that of the
+    swing, Hz; standard errors are those due to the noise.
     """
 
     file: str
@@ -46,35 +40,16 @@ class RingDown:
 class RingDowns:
     """What the free vibrations of the records show, and what models make of the same vibrations.
 
-    Attributes:
-        measured: ring-downs as recorded.
-        models: by name ("nominal", "augmented", or that of an effect beside the nominal model), the same of their simulated motion.
-        left_out: by record file, why no decay can be read.
+    `models` has ring-downs of simulated motion by name: "nominal", "augmented", or that of an effect beside the nominal model. `left_out`
+    says why no decay can be read, by record file.
     """
 
     measured: tuple[RingDown, ...] = ()
     models: dict[str, tuple[RingDown, ...]] = dataclasses.field(default_factory=dict)
     left_out: dict[str, str] = dataclasses.field(default_factory=dict)
 
-    def document(self) -> dict[str, Any]:
-        """As plain data for `fit.json` and `diagnosis.json`; amplitudes in m, frequencies in Hz."""
-        models = {name: [dataclasses.asdict(one) for one in found] for name, found in self.models.items()}
-        return {"measured": [dataclasses.asdict(one) for one in self.measured], "models": models, "left_out": self.left_out}
 
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class _Turns:
-    """Turning points: time, s, displacement, m, and their standard errors."""
-
-    time: np.ndarray
-    time_stderr: np.ndarray
-    value: np.ndarray
-    value_stderr: np.ndarray
-
-
-def ring_down(
-    file: str, time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], *, noise: float, points: int = _POINTS
-) -> RingDown | None:
+def ring_down(file: str, time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], *, noise: float) -> RingDown | None:
     """Damping and frequency by amplitude of one free vibration; None where fewer than three turning points stand out of the noise.
 
     With swings S_i = |x_i - x_i+1| between turning points, in which an unknown zero cancels, the decrement per half cycle over m of them is
@@ -87,35 +62,35 @@ def ring_down(
         time: of the samples, s.
         u: displacement in flight without a drive, m; NaN where it was not recorded.
         noise: its standard deviation, m.
-        points: at most so many.
 
     Source: M. Jin, W. Chen, M. R. W. Brake, H. Song, J. Vib. Acoust. 142 (2020) 051111 (peak finding and fitting); we fit maxima and
     minima alike.
     """
     usable = np.isfinite(u)
-    turns = _turns(time[usable], u[usable], noise) if usable.any() else None
-    if turns is None or len(turns.time) < 3:
+    turning, turning_error, value, value_error = _turns(time[usable], u[usable], noise) if usable.any() else np.zeros((4, 0))
+    if len(value) < 3:
         return None
-    count = len(turns.time) - 2
-    every = -(-count // points)
+    count = len(value) - 2
+    every = -(-count // _POINTS)
     first = np.arange(0, count - every + 1, every)
-    swings = np.abs(np.diff(turns.value))
+    swings = np.abs(np.diff(value))
     begin, end = swings[first], swings[first + every]
     last, over = first + every + 1, (every + 1) / 2
-    lasting = turns.time[last] - turns.time[first]
+    lasting = turning[last] - turning[first]
     decrement = np.log(begin / end) / every
-    error = np.sqrt(_swing_variance(turns, first) / begin**2 + _swing_variance(turns, first + every) / end**2)
+    variance = value_error[:-1] ** 2 + value_error[1:] ** 2  # of swings
+    error = np.sqrt(variance[first] / begin**2 + variance[first + every] / end**2)
     if every == 1:  # the turning point in the middle belongs to both swings
-        error = np.sqrt(error**2 - 2.0 * turns.value_stderr[first + 1] ** 2 / (begin * end))
+        error = np.sqrt(error**2 - 2.0 * value_error[first + 1] ** 2 / (begin * end))
     damping = decrement / np.hypot(np.pi, decrement)
-    time_error = np.hypot(turns.time_stderr[first], turns.time_stderr[last])
+    time_error = np.hypot(turning_error[first], turning_error[last])
     return RingDown(
         file=file,
-        amplitude=_plain(0.5 * np.sqrt(begin * end)),
-        damping=_plain(damping),
-        damping_stderr=_plain(error / every * np.pi**2 / np.hypot(np.pi, decrement) ** 3),
-        frequency=_plain(over / lasting),
-        frequency_stderr=_plain(over / lasting**2 * time_error),
+        amplitude=tuple((0.5 * np.sqrt(begin * end)).tolist()),
+        damping=tuple(damping.tolist()),
+        damping_stderr=tuple((error / every * np.pi**2 / np.hypot(np.pi, decrement) ** 3).tolist()),
+        frequency=tuple((over / lasting).tolist()),
+        frequency_stderr=tuple((over / lasting**2 * time_error).tolist()),
     )
 
 
@@ -138,13 +113,7 @@ def one_flight(
     The amplitude is the distance of the turning point from the level. Errors follow from the noise, or from the scatter about the fitted
     motion where that is larger.
 
-    Arguments:
-        file: of the record.
-        time: of the samples, s.
-        u: displacement, m; NaN where it was not recorded.
-        noise: its standard deviation, m.
-        level: of the hammer at rest, m.
-        frequency: rough, Hz.
+    Arguments are those of `ring_down`; `level` is the place of the hammer at rest, m, and `frequency` rough, Hz.
     """
     usable = np.isfinite(u)
     time, u = time[usable], u[usable] - level
@@ -199,30 +168,22 @@ def together(flights: Sequence[RingDown]) -> RingDown:
     return RingDown(file=flights[0].file, **{name: tuple(getattr(flights[k], name)[0] for k in order) for name in names})
 
 
-def _swing_variance(turns: _Turns, which: Int[np.ndarray, " swings"]) -> Float[np.ndarray, " swings"]:
-    return turns.value_stderr[which] ** 2 + turns.value_stderr[which + 1] ** 2
-
-
-def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> _Turns | None:
-    """Turning points by local polynomials, up to the first that was missed or is not resolved."""
-    rough = _alternating(u, noise)
-    if len(rough) < 3:
-        return None
+def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], noise: float) -> Float[np.ndarray, "4 turns"]:
+    """Time and value of turning points, each with its error, by local polynomials, up to the first that was missed or is not resolved."""
+    rough, found = _alternating(u, noise), []
     half = np.diff(time[rough])
-    found = []
-    for index, place in enumerate(rough):
+    for index, place in enumerate(rough if len(rough) > 2 else ()):
         width = _OF_HALF_CYCLE * float(np.min(half[max(index - 1, 0) : index + 1]))
         one = _polynomial(time, u, float(time[place]), width, noise)
         if one is None:
             break
         found.append(one)
     if len(found) < 3:
-        return None
-    at, at_error, value, value_error = np.array(found).T
-    half = np.diff(at)
+        return np.zeros((4, 0))
+    turns = np.array(found).T
+    half = np.diff(turns[0])
     odd = np.flatnonzero((half[1:] > _MISSED * half[:-1]) | (half[:-1] > _MISSED * half[1:]))
-    kept = slice(0, int(odd[0]) + 2 if len(odd) else len(at))
-    return _Turns(time=at[kept], time_stderr=at_error[kept], value=value[kept], value_stderr=value_error[kept])
+    return turns[:, : int(odd[0]) + 2 if len(odd) else None]
 
 
 def _alternating(u: Float[np.ndarray, " samples"], noise: float) -> Int[np.ndarray, " turns"]:
@@ -231,19 +192,14 @@ def _alternating(u: Float[np.ndarray, " samples"], noise: float) -> Int[np.ndarr
     places = np.sort(np.concatenate([find_peaks(sign * u, prominence=least)[0] for sign in (1.0, -1.0)]))
     if len(places) < 3:
         return places
-    middle = float(np.median(0.5 * (u[places[1:]] + u[places[:-1]])))
-    return np.array(list(_outermost(places, u - middle)), int)
+    off = u[places] - float(np.median(0.5 * (u[places[1:]] + u[places[:-1]])))
+    between_crossings = np.split(np.arange(len(places)), np.flatnonzero(np.diff(np.sign(off))) + 1)
+    return np.array([places[part[np.argmax(np.abs(off[part]))]] for part in between_crossings], int)
 
 
 def _range_of_noise(noise: float, samples: int) -> float:
     """From the smallest to the largest of so many samples of white noise, as expected."""
     return 2.0 * noise * float(np.sqrt(2.0 * np.log(max(samples, 2))))
-
-
-def _outermost(places: Int[np.ndarray, " turns"], u: Float[np.ndarray, " samples"]) -> Iterator[int]:
-    """Of the turning points between two crossings of the middle, the outermost."""
-    for part in np.split(places, np.flatnonzero(np.diff(np.sign(u[places]))) + 1):
-        yield int(part[np.argmax(np.abs(u[part]))])
 
 
 def _polynomial(
@@ -274,7 +230,3 @@ def _polynomial(
         float(powers @ coefficients),
         float(np.sqrt(powers @ covariance @ powers)),
     )
-
-
-def _plain(values: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)

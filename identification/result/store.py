@@ -43,25 +43,17 @@ Variables = dict[str, xr.Variable]
 def series(*dimensions: str, unit: str | Callable[[Any, str], str] = "1", words: str, name: str = "") -> Any:
     """Declare a field of a data class that holds an array, or arrays by name, as variables of a file.
 
-    Args:
-        dimensions: of each array.
-        unit: of its values, or a function of the data class and of the name of the array.
-        words: description; `{self}` stands for the data class, `{key}` for the name of the array.
-        name: in the file, where it is not that of the field.
+    `dimensions` are those of each array, `unit` that of its values, or a function of the data class and of the name of the array; in the
+    description `words`, `{self}` stands for the data class and `{key}` for the name of the array; `name` is used in place of the field's.
     """
     return dataclasses.field(metadata={"dimensions": dimensions, "unit": unit, "words": words, "name": name})
 
 
 def to_plain(value: Any, variables: Variables, path: str = "") -> Any:
-    """Convert a data class to plain JSON data and variables.
+    """Convert a value to plain JSON data and variables: a number that is not finite becomes a string, an array the name of its variable.
 
-    Args:
-        value: a data class, or the content of its fields: data classes, mappings, tuples, sets, paths, strings, numbers, None, models.
-        variables: to which those of the declared arrays are added. The samples of an experiment's records are left out.
-        path: begin of the names of the variables.
-
-    Returns:
-        Dictionaries, lists, strings, numbers; a number that is not finite becomes a string, an array the name of its variable.
+    A value is a data class, or the content of its fields: data classes, mappings, tuples, sets, paths, strings, numbers, None, models. Its
+    declared arrays are added to `variables`, whose names begin with `path`; the samples of an experiment's records are left out.
 
     Raises:
         TypeError: a field holds something else, such as an array that is not declared.
@@ -95,15 +87,9 @@ def to_plain(value: Any, variables: Variables, path: str = "") -> Any:
 
 
 def from_plain(kind: Any, plain: Any, variables: Mapping[str, np.ndarray]) -> Any:
-    """Rebuild a value of a declared type.
+    """Rebuild a value of a declared type, a data class or the annotation of a field, from its plain form and the file's variables.
 
-    Args:
-        kind: the type: a data class, or the annotation of one of its fields.
-        plain: from `to_plain`.
-        variables: values of the file's variables, by name.
-
-    Returns:
-        The value; records of an experiment have no samples, see `with_samples`.
+    Records of an experiment have no samples then, see `with_samples`.
 
     Raises:
         TypeError, KeyError, ValueError, InputError: the plain value is not of that type.
@@ -143,22 +129,12 @@ def from_plain(kind: Any, plain: Any, variables: Mapping[str, np.ndarray]) -> An
 
 def with_samples(experiment: Experiment, records: Mapping[str, tuple[np.ndarray, dict[str, np.ndarray]]]) -> Experiment:
     """An experiment of a file with the samples of its records: time and channels, by the record's file."""
-    filled = [
-        dataclasses.replace(each, time=records[each.file][0], channels=records[each.file][1])  # a record that is not there is a KeyError
-        for each in experiment.records
-    ]
-    return dataclasses.replace(experiment, records=tuple(filled))
+    found = [(each, *records[each.file]) for each in experiment.records]  # a record that is not there is a KeyError
+    return dataclasses.replace(experiment, records=tuple(dataclasses.replace(each, time=t, channels=values) for each, t, values in found))
 
 
 def dataset(kind: str, document: dict[str, Any], variables: Variables, title: str) -> xr.Dataset:
-    """Variables and one JSON document as a dataset.
-
-    Args:
-        kind: of the content, "fit" or "diagnosis": the name of the attribute.
-        document: from `to_plain`.
-        variables: with it.
-        title: of the dataset.
-    """
+    """Variables and one JSON document, both from `to_plain`, as a dataset; its attribute has the name of the kind, "fit" or "diagnosis"."""
     return xr.Dataset(variables, attrs={"title": title, kind: json.dumps({"schema": _SCHEMA} | document, allow_nan=False)})
 
 
@@ -170,14 +146,7 @@ def write_dataset(found: xr.Dataset, path: Path) -> None:
 
 
 def read_stored(path: Path, kinds: Mapping[str, Callable[[dict[str, Any], dict[str, np.ndarray]], Any]]) -> Any:
-    """Read a file that `write_dataset` wrote.
-
-    Args:
-        path: of the file.
-        kinds: by kind, the function that restores the object from document and variables.
-
-    Returns:
-        What the function of the file's kind returns.
+    """Read a file that `write_dataset` wrote, with the function of its kind that restores the object from document and variables.
 
     Raises:
         InputError: the file does not exist, is damaged, has another version, or holds none of these kinds.

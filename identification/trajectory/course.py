@@ -13,12 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from identification.guesses.motion import inputs_of
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import CHUNK, Estimate, homes, linearise, travelled, vectors_of
 from identification.trajectory.remodel import late_channels
 from identification.trajectory.segments import APPROACH_SPEED, VARIATION, Chains, chains_of
 from identification.trajectory.start import Problem
-from identification.windows.measured_input import inputs_of
 from vibrojax.channels import recorded
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw

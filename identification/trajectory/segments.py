@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
-from identification.windows.measured_input import driving_channels, inputs_of, part
+from identification.guesses.motion import driving_channels, inputs_of, part
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.excitation import SampledForce, SampledMotion

@@ -21,11 +21,11 @@ from jax import lax
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
+from identification.guesses.declared_model import check_smoothing
 from identification.trajectory.motion import Estimate, linearise, read, segment_system
 from identification.trajectory.reading_error import ReadingError, whitening
 from identification.trajectory.segments import Hosted, Segments, chains_of
 from identification.trajectory.start import Problem
-from identification.windows.declared_model import check_smoothing
 from vibrojax.compiling import soon_compiled
 from vibrojax.errors import InputError, NoConvergenceError
 from vibrojax.integrate import SUCCESS

@@ -8,6 +8,19 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from identification.experiment import Experiment, ParameterOption, Record
+from identification.guesses.declared_model import check_precision, check_wishes, expected, nominal_model, priors, varying, within_bounds
+from identification.guesses.fitted_part import from_release
+from identification.guesses.motion import (
+    Kinematics,
+    driving_channels,
+    harmonic_acceleration,
+    harmonic_start,
+    inputs_of,
+    kinematics,
+    relative_displacement,
+)
+from identification.guesses.parameters import first_guesses
+from identification.guesses.unseen_motion import integrated_motions, unseen_bases
 from identification.trajectory.chain_equations import Border, Scales
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import (
@@ -21,12 +34,6 @@ from identification.trajectory.segments import (
     unknowns_of,
 )
 from identification.trajectory.thinning import thinned
-from identification.windows.declared_model import check_precision, check_wishes, expected, nominal_model, priors, varying, within_bounds
-from identification.windows.integrated_motion import integrated_motions
-from identification.windows.kinematics import Kinematics, kinematics, relative_displacement
-from identification.windows.measured_input import driving_channels, inputs_of
-from identification.windows.release import from_release
-from identification.windows.start import first_guesses, harmonic_acceleration, harmonic_start, unseen_bases
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
 from vibrojax.integrate import Landing
 from vibrojax.model import MASS, Model
@@ -115,7 +122,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
 
     def guessed(known: Mapping[str, float]) -> tuple[dict[str, float], np.ndarray]:
         guided = dataclasses.replace(experiment, parameters={name: ParameterOption(start=at) for name, at in known.items()})
-        return next(iter(first_guesses(guided, model, motions).values()))
+        return first_guesses(guided, model, motions)
 
     values, gap_errors = guessed(usual | given)
     if earlier:  # gaps are read off the same loops as a contact law, of which all may be known

@@ -17,6 +17,8 @@ _PARAMETERS = [p for owner in (*LAWS.values(), *EFFECTS.values(), *SUSPENSIONS.v
 _LISTED = {re.escape(symbol) for p in _PARAMETERS for symbol in (p.symbol, p.from_gap) if "_" in symbol}
 _IN_PROSE = re.compile(rf"(?<![\w./\\-])({'|'.join(sorted(_LISTED))})(?![\w/\\-]|\.\w)")
 """A parameter's symbol among words; a part of a file's or an effect's name is none."""
+_GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
+_SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("&#39;&#39;", "″"), ("&#39;", "′"), (" * ", " · "))
 _LOWERED = str.maketrans("0123456789in", "₀₁₂₃₄₅₆₇₈₉ᵢₙ")
 
 
@@ -29,6 +31,16 @@ def symbol_text(symbol: str) -> str:
     """
     head, mark, index = symbol.partition("_")
     return head + index.translate(_LOWERED) if mark and re.fullmatch(r"[0-9in]+", index) else symbol
+
+
+def heading(symbol: str, unit: str) -> str:
+    """A symbol with its unit, as a heading or for an axis.
+
+    Example:
+        >>> heading("k_i", "N/m^n"), heading("n", "1")
+        ('kᵢ (N/mⁿ)', 'n')
+    """
+    return symbol_text(symbol) + (f" ({unit_text(unit)})" if unit_text(unit) else "")
 
 
 def symbol_html(symbol: str) -> Markup:
@@ -50,6 +62,25 @@ def prose_html(text: str) -> Markup:
         <i>F</i><sub>c</sub> = 0.2 N in a_1.csv
     """
     return Markup(_IN_PROSE.sub(lambda found: str(symbol_html(found[0])), str(escape(text))))
+
+
+def equation_html(text: str) -> Markup:
+    """An equation of an effect, written in plain text, with lowered indices, raised powers, Greek letters and proper signs.
+
+    Example:
+        >>> print(equation_html("force = -k_3 u^3"))
+        force = −k<sub>3</sub> u<sup>3</sup>
+        >>> print(equation_html("-3.10(20)e+05 N/m^3 u"))
+        −3.10(20) × 10<sup>5</sup> N/m<sup>3</sup> u
+    """
+    html = str(escape(text))
+    html = re.sub(r"(?<=[\d)])e([-+]?\d+)\b", lambda found: f" × 10<sup>{int(found[1])}</sup>", html)
+    html = re.sub(r"\^(\w+|\([^)]*\))", lambda found: f"<sup>{found[1].strip('()')}</sup>", html)
+    html = re.sub(r"(?<=[^\W\d])(?:_(\w+|\([^)]*\))|(\d+))", lambda found: f"<sub>{(found[1] or found[2]).strip('()')}</sub>", html)
+    html = re.sub(rf"\b({'|'.join(_GREEK)})(?=\b|<)", lambda found: _GREEK[found[1]], html)
+    for plain, proper in _SIGNS:
+        html = html.replace(plain, proper)
+    return Markup(html)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

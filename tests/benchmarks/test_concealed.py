@@ -15,7 +15,7 @@ from benchmarks.concealed.trial import BASELINES, trial, unanswered, written
 from benchmarks.simulator import LISTED, UNLISTED, Order, draw_case, write_case
 from benchmarks.simulator.case import WITHOUT, truth
 from identification.experiment import load_experiment
-from identification.windows.declared_model import nominal_model
+from identification.guesses.declared_model import nominal_model
 
 SMALL = (801, 1201)
 

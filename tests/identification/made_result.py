@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from identification.experiment import Experiment, Record, Sensor, Suspension
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import (
     NOT_IDENTIFIABLE,
     OK,
@@ -17,7 +18,6 @@ from identification.result.result import (
     SensorError,
 )
 from identification.result.ring_down import RingDown, RingDowns
-from identification.result.variation import Disagreement, Unrest
 from vibrojax.channels import UNITS
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model

@@ -12,10 +12,10 @@ import pytest
 import identification
 import vibrojax
 from identification import front_door
+from identification.estimation.simulate import simulate_record
 from identification.experiment import ExperimentError
 from identification.front_door import Diagnosed, Fit
-from identification.windows.declared_model import nominal_model
-from identification.windows.simulate import simulate_record
+from identification.guesses.declared_model import nominal_model
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import F_N, MODEL, ZETA, made_result
 from vibrojax.data_files import data_path

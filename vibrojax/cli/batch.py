@@ -69,7 +69,7 @@ def fit_batch(
     out = Path(f"fit-{plain_name(folder.absolute().name) or 'batch'}") if out is None else out
     prepare_jax()
     from identification.commands.run import check_choices
-    from identification.estimation.sample import DRAWS
+    from identification.estimation.likelihood import DRAWS
     from identification.report.base import STYLES
     from identification.report.batch import batch_summary, write_batch
     from identification.result.batch import STATE, input_digest, options_digest, read_rows, write_rows

@@ -128,7 +128,7 @@ def fit(
         say("loading JAX")
         prepare_jax()
         from identification.commands.run import run_fit
-        from identification.estimation.sample import DRAWS
+        from identification.estimation.likelihood import DRAWS
         from identification.report.base import STYLES
 
         chosen |= {"draws": (draws or DRAWS) if posterior else None, "style": STYLES[style]}

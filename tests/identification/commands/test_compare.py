@@ -12,10 +12,10 @@ from rich.console import Console
 
 from identification.commands.run import run_fit
 from identification.experiment import ExperimentError, ParameterOption
+from identification.guesses.declared_model import check_compared_wishes
 from identification.report.laws import law_scores, law_summary, write_laws
 from identification.report.verdict import judge
 from identification.result.result import Likelihood
-from identification.windows.declared_model import check_compared_wishes
 from tests.identification.made_result import MODEL, made_result
 from vibrojax.contact import LAWS
 from vibrojax.data_files import data_path

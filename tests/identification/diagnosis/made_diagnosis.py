@@ -19,8 +19,8 @@ from identification.diagnosis.diagnosis import (
     Profile,
     Side,
 )
+from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import FitResult, RecordFit
-from identification.result.variation import Disagreement, Unrest
 from tests.identification.made_result import WITH_CANDIDATES
 from vibrojax.effects import CoulombFriction, CubicStiffness
 

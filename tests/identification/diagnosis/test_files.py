@@ -9,7 +9,7 @@ import xarray as xr
 from identification.commands.run import run_report
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
-from identification.report.diagnosis import write_diagnosis_report
+from identification.report import write_diagnosis_report
 from identification.result.files import stored_fit
 from identification.result.store import read_stored
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis

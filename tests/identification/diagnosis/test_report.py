@@ -9,12 +9,14 @@ from PIL import Image
 from rich.console import Console
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
+from identification.diagnosis.files import diagnosis_provenance, write_diagnosis_json
+from identification.report import diagnosis_summary, write_diagnosis_report
 from identification.report.base import PRINT, SCREEN
 from identification.report.decay import ring_downs_of_both
-from identification.report.diagnosis import diagnosis_provenance, diagnosis_summary, write_diagnosis_json, write_diagnosis_report
-from identification.report.diagnosis.figures import stretches
-from identification.report.diagnosis.page import FIGURES, equation_html
-from identification.report.diagnosis.tables import changes, scatter
+from identification.report.diagnosis_figures import stretches
+from identification.report.diagnosis_tables import changes, scatter
+from identification.report.page import FIGURES_OF_DIAGNOSIS as FIGURES
+from identification.wording.names import equation_html
 from identification.wording.numbers import NONE
 from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
 from tests.identification.made_result import made_result

@@ -7,8 +7,8 @@ import pytest
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
 from identification.diagnosis.sentences import sentences
-from identification.report.diagnosis.tables import headline
-from identification.result.variation import Disagreement
+from identification.report.diagnosis_tables import headline
+from identification.result.evidence import Disagreement
 from tests.identification.diagnosis.made_diagnosis import UNREST, made_diagnosis
 from tests.identification.made_result import made_result
 

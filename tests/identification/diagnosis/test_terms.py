@@ -7,8 +7,7 @@ import pytest
 
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.look import among_effects, known_effects, limit_warning, look
-from identification.estimation.added import with_effects
-from identification.estimation.estimate import fit_experiment
+from identification.estimation.estimate import fit_experiment, with_effects
 from identification.experiment import load_experiment
 from identification.result.result import OK
 from tests.effects.rig import F_N, K_I, LAMBDA, N_I, ZETA

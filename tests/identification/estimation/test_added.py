@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.simulate import simulate_record
 from identification.result.result import OK
-from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH
 from vibrojax.contact import HuntCrossley
 from vibrojax.effects import CoulombFriction

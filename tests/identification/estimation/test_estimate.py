@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.simulate import simulate_record
 from identification.experiment import ParameterOption, load_experiment
 from identification.report import tables
 from identification.result.files import fit_json
 from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
-from identification.windows.simulate import simulate_record
 from tests.identification.conftest import TRUTH, cropped
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, ZETA, shaken
 

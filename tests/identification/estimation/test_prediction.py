@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from identification.estimation.prediction import PERIODS, record_fits
+from identification.estimation.simulate import simulate_record
 from identification.trajectory.fit import fit
 from identification.trajectory.start import problem_of
-from identification.windows.simulate import simulate_record
 from tests.identification.trajectory.conftest import NOISE, shaken
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from benchmarks.smoothed_fit.rig import NOISE
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, ExperimentError, ParameterOption, Prior
 from identification.report.tables import parameters, wishes
 from identification.result.files import fit_json
 from identification.result.result import AT_BOUND, OK
 from identification.trajectory.start import problem_of
-from identification.windows.simulate import simulate_record
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
 from vibrojax.suspension import Linear

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification.experiment import ExperimentError, load_experiment
-from identification.windows.declared_model import nominal_model
+from identification.guesses.declared_model import nominal_model
 
 TIME = np.arange(400) / 1000.0
 

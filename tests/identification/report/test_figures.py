@@ -36,7 +36,7 @@ def draw(result):
 
 def test_every_kind_is_drawn_described_in_words_and_a_readable_image(good):
     said = []
-    images = rendered(FIGURES, good, good.experiment, good.records, SCREEN, said.append)
+    images = rendered(FIGURES, good, lambda picture: picture.name, SCREEN, said.append)
     assert {image.picture.name for image in images} == EXPECTED
     assert said[1:] == [f"drawing the report: {number} of {len(EXPECTED)} figures" for number in range(1, len(EXPECTED) + 1)]
     for image in images:

@@ -4,9 +4,9 @@ import io
 from rich.console import Console
 
 from identification.report import fit_summary
+from identification.result.evidence import Unrest
 from identification.result.reference import read_reference
 from identification.result.result import Horizon
-from identification.result.variation import Unrest
 from tests.identification.made_result import with_unknown
 from vibrojax.data_files import data_path
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
+from identification.result.ring_down import RingDown, one_flight, ring_down, together
 
 OMEGA, START, STEP = 2.0 * np.pi * 3.0, 5e-3, 1e-3
 TIME = np.arange(0.0, 12.0, STEP)
@@ -159,4 +159,3 @@ def test_flights_of_a_record_are_one_ring_down_by_falling_amplitude():
         for a in (1.0, 2.0)
     )
     assert together([one, two]).amplitude == together([two, one]).damping == (2.0, 1.0)
-    assert RingDowns(measured=(one,), models={"nominal": (two,)}).document()["models"]["nominal"][0]["amplitude"] == (2.0,)

@@ -9,11 +9,11 @@ import xarray as xr
 
 from identification.commands.run import run_report
 from identification.report import write_report
+from identification.result.evidence import Unrest
 from identification.result.files import StoredFit, stored_fit, write_result
 from identification.result.reference import read_reference
 from identification.result.result import Added, Horizon
 from identification.result.store import from_plain, read_stored, to_plain, write_dataset
-from identification.result.variation import Unrest
 from tests.identification.made_result import made_result, with_unknown
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError

@@ -7,7 +7,7 @@ import pytest
 from statsmodels.stats.meta_analysis import combine_effects
 
 from identification.estimation.parameters import between_records
-from identification.result.variation import Disagreement
+from identification.result.evidence import Disagreement
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.start import problem_of
 from tests.identification.conftest import cropped

@@ -1,0 +1,155 @@
+"""Held-back records under the parameters of a fit to the others: a chain of their own, its prediction, and the errors of forecasts.
+
+A forecast begins at a filtered state, which knows the past of the record and not its future: at some instants the chain is solved for its
+past alone. From the state there, the model runs freely, without random force.
+"""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from identification.estimation.parameters import variations
+from identification.estimation.prediction import Free, free_motion, frequency, pieces_of, record_fits
+from identification.experiment import Experiment
+from identification.result.result import Horizon, RecordFit
+from identification.trajectory.elimination import solve
+from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.motion import Estimate
+from identification.trajectory.remodel import remodelled, with_variation
+from identification.trajectory.segments import Chains
+from identification.trajectory.start import problem_of
+from vibrojax.channels import EVERY_CHANNEL
+
+SIGNAL = 9.0
+"""Ratio of a channel's variance to its noise variance below which the channel holds no signal to predict."""
+PERIODS = (0.25, 1.0, 4.0)
+"""How far the forecasts reach, in periods of the slower of suspension and drive."""
+_STARTS = 24
+"""Forecasts of a record, at most."""
+
+
+def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> Fitted | None:
+    """The held-back records with the shared parameters of a fit held; None where no record is held back.
+
+    Estimated from them are their states, random force and reading errors, and each record's own numbers.
+    """
+    if not experiment.held_back:
+        return None
+    records = tuple(dataclasses.replace(record, held_back=False) for record in experiment.held_back)
+    model = fitted.problem.model_at(fitted.at)
+    problem = problem_of(dataclasses.replace(experiment, records=records, parameters={}), law=model.law.name)
+    if model.effects:
+        problem = remodelled(problem, problem.start, dataclasses.replace(problem.model, effects=model.effects))
+    varying = {name: float(fitted.problem.border.own_scale[place]) for name, place in variations(fitted.problem).items()}
+    problem = with_variation(problem, varying)
+    shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
+    held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
+    start = dataclasses.replace(problem.start, shared=shared)
+    return fit(dataclasses.replace(problem, border=held, start=start), progress=progress)
+
+
+def held_back_fits(chain: Fitted | None) -> tuple[RecordFit, ...]:
+    """Records of a held-back chain, in their order, with their predictions and the errors of forecasts; none without a chain."""
+    if chain is None:
+        return ()
+    return tuple(dataclasses.replace(one, horizons=far) for one, far in zip(record_fits(chain), horizons(chain), strict=True))
+
+
+def rms_nrmse(records: tuple[RecordFit, ...]) -> float:
+    """Root mean square of the normalised errors over all channels with signal.
+
+    A prediction that is off by more than the signal itself has failed, and counts as 1: how far off a motion ends up that parts from the
+    recorded one, as a chaotic one does, says nothing of the model.
+    """
+    errors = [error for record in records for channel, error in record.nrmse.items() if has_signal(record, channel)]
+    return float(np.sqrt(np.mean(np.minimum(np.nan_to_num(errors, nan=1.0), 1.0) ** 2))) if errors else float("nan")
+
+
+def has_signal(record: RecordFit, channel: str) -> bool:
+    """Whether a channel's variance exceeds that of its noise by the factor `SIGNAL`."""
+    return bool(np.nanvar(record.measured[channel]) > SIGNAL * record.noise[channel] ** 2)
+
+
+def horizons(fitted: Fitted) -> tuple[tuple[Horizon, ...], ...]:
+    """Errors of the forecasts of every record, by horizon; the last one is that of the free motion from its first state.
+
+    An error is the root mean square over the quarter of a period before the horizon, over the channel's standard deviation.
+    """
+    problem, at, found = fitted.problem, fitted.at, []
+    pieces, segments = pieces_of(problem, at)
+    for index, record in enumerate(problem.experiment.records):
+        part, hz = pieces.of_record(index), frequency(problem, at, record)
+        count, duration = part.stop - part.start, float(np.median(pieces.duration[part]))
+        reach = {periods: max(1, round(periods / (hz * duration))) for periods in PERIODS} if hz > 0 else {}
+        past = max(1, round(1.0 / (hz * duration))) if hz > 0 else count  # a period, from which a state can be told
+        starts = np.unique(np.linspace(past, count - 1, _STARTS).astype(int)) if past < count else np.zeros(0, int)
+        begin = np.concatenate([[0], starts])
+        first = fitted.at.states[problem.chains.knots[index].start]
+        states = np.stack([first, *(filtered_state(fitted, index, int(start) * segments) for start in starts)])
+        longest = np.minimum(np.where(begin > 0, max(reach.values(), default=0), count), count - begin)
+        runs = list(free_motion(problem, at, pieces, part.start + begin, longest, states))
+        length = [one.piece - part.start - begin[one.run] + 1 for one in runs]
+        ahead = {p: [one for one, far in zip(runs, length, strict=True) if one.run > 0 and far == reach[p]] for p in reach}
+        rows = [
+            Horizon(periods=periods, seconds=reach[periods] * duration, nrmse=_errors(fitted, index, pieces, chosen))
+            for periods, chosen in ahead.items()
+            if chosen
+        ]
+        whole = [r for r in runs if r.run == 0]
+        found.append((*rows, Horizon(periods=None, seconds=count * duration, nrmse=_errors(fitted, index, pieces, whole))))
+    return tuple(found)
+
+
+def filtered_state(fitted: Fitted, index: int, segments: int) -> Float[np.ndarray, " states"]:
+    """State of a record at the knot behind so many of its segments, from the readings before, with all numbers but the states held."""
+    problem, chains, at = fitted.problem, fitted.problem.chains, fitted.at
+    begin, size = chains.of_record(index).start, len(problem.unknowns.states) + 1
+    mine, knots = slice(begin, begin + segments), slice(chains.knots[index].start, chains.knots[index].start + segments + 1)
+    past = dataclasses.replace(
+        chains,
+        groups=(),
+        record=np.zeros(segments, int),
+        left=np.arange(segments),
+        first=chains.first[mine],
+        duration=chains.duration[mine],
+        knots=(slice(0, segments + 1),),
+        files=(chains.files[index],),
+        measured=chains.measured[mine],
+        weight=chains.weight[mine],
+    )
+    gram, right, defect = fitted.local.gram[mine].copy(), fitted.local.right[mine].copy(), fitted.local.defect[mine].copy()
+    gram[:, 3 * size :], gram[:, :, 3 * size :], right[:, 3 * size :], defect[..., 3 * size :] = 0.0, 0.0, 0.0, 0.0
+    local = dataclasses.replace(
+        fitted.local, gram=gram, right=right, defect=defect, gap=fitted.local.gap[mine], linked=fitted.local.linked[mine]
+    )
+    border, one = problem.border, slice(index, index + 1)
+    border = dataclasses.replace(
+        border,
+        shared=np.zeros_like(border.shared),
+        own=np.zeros_like(border.own[one]),
+        own_mean=border.own_mean[one],
+        own_precision=border.own_precision[one],
+    )
+    estimate = Estimate(states=at.states[knots], force=at.force[knots], shared=at.shared, own=at.own[one])
+    found = solve(past, problem.unknowns, border, problem.scales, estimate, local, fitted.variances.force, problem.experiment.mass)
+    return estimate.states[-1] + found.knots[-1, :-1]
+
+
+def _errors(fitted: Fitted, index: int, pieces: Chains, runs: list[Free]) -> dict[str, float]:
+    """Normalised errors of some pieces of a record by channel; NaN where none could be integrated."""
+    problem = fitted.problem
+    record = problem.experiment.records[index]
+    found = {}
+    for column, name in enumerate(problem.chains.channels):
+        if name not in record.channels or not (pieces.weight[pieces.of_record(index)][..., column] > 0).any():
+            continue
+        place = EVERY_CHANNEL.index(name)
+        squares = [
+            ((one.readings[:, place] - pieces.measured[one.piece, :, column]) ** 2)[pieces.weight[one.piece, :, column] > 0] for one in runs
+        ]
+        error = float(np.sqrt(np.mean(np.concatenate(squares)))) if squares and sum(map(len, squares)) else float("nan")
+        spread = float(np.nanstd(record.channels[name]))
+        found[name] = error / spread if spread > 0 else float("nan")
+    return found

@@ -1,0 +1,160 @@
+"""First guesses of all parameters; those of the contact from a regression of the force-indentation loops, before any integration."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, cast
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import least_squares
+
+from identification.experiment import Experiment, Record
+from identification.guesses.motion import Kinematics
+from identification.guesses.suspension import prescribed_start, suspension_start
+from vibrojax.compiling import soon_compiled
+from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.model import MASS, Model
+
+_SAMPLES = 1500
+"""Of the regression, whatever the records hold, so that it is compiled once."""
+_RECORDS = 30
+"""Records whose gaps are estimated beside the law; of more, an even selection."""
+_EXPONENTS = (1.0, 1.5, 2.0, 2.5)
+_DEEP = 0.3
+"""Depth over the largest indentation above which samples give the stiffness."""
+
+
+def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> tuple[dict[str, float], np.ndarray]:
+    """Every shared parameter by name, and the gap errors of the records, m.
+
+    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell, or
+    off the hammer's inertia where that shows nothing.
+    """
+    records = list(experiment.records)
+    wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
+    suspension, mass = suspension_start(records, motions, mass=experiment.mass if experiment.mass_is_known else None, load=experiment.load)
+    suspension = suspension or prescribed_start(records, motions, mass=experiment.mass)
+    listed = {p.name: p for p in model.suspension.parameters}
+    values = {name: float(value) for name, value in model.values().items()}
+    values |= {name: float(np.clip(value, listed[name].lower, listed[name].upper)) for name, value in suspension.items() if name in listed}
+    if not experiment.mass_is_known:
+        values[MASS.name] = mass if mass is not None else experiment.mass
+    values |= wanted
+    model = model.replace(values)
+    free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
+    for load_cell in (True, False):
+        found = contact_start(model, records, motions, free, load_cell=load_cell)
+        if found is not None:
+            return values | found[0], found[1]
+    return values, np.zeros(len(records))
+
+
+def contact_start(
+    model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], *, load_cell: bool
+) -> tuple[dict[str, float], np.ndarray] | None:
+    """Contact parameters by name, SI, and setting errors of the gaps, m, (records,), by least squares of force on indentation.
+
+    Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so the regression is fast and does
+    not depend on the number of impacts; smoothing of the record biases it by a few per cent, which the fit removes. None where there is no
+    contact, no load cell to read, a rigid stop, which has no force, or no start with a finite force.
+
+    Arguments:
+        model: with the suspension's first guess in place.
+        records: of the experiment.
+        motions: smoothed motion of each, None where there is none.
+        names: the law's parameters that are to be estimated.
+        load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
+    """
+    samples = _samples(model, records, motions, load_cell)
+    if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
+        return None
+    owners, slot = np.unique(samples.pop("record"), return_inverse=True)
+    units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
+    given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
+    specs, fits = {p.name: p for p in model.parameters}, []
+    for exponent in _EXPONENTS if "n" in names else (None,):
+        start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(_RECORDS)])
+        programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]
+        residual, slope = programs
+        if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
+            continue
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                fits.append(least_squares(residual, start, jac=slope, loss="soft_l1", max_nfev=60))
+        except (ValueError, np.linalg.LinAlgError):  # the force is not finite further on
+            continue
+    if not fits:
+        return None
+    best = min(fits, key=lambda fit: float(fit.cost)).x
+    values, errors = {}, np.zeros(len(records))
+    for name, internal in zip(names, best[: len(names)], strict=True):
+        spec = specs[name]
+        values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
+    errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
+    return values, errors
+
+
+def _evaluated(program: Callable[..., Any], given: tuple[Any, ...], x: np.ndarray) -> Any:
+    return np.asarray(program(*given, x))
+
+
+def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:
+    """Start of the regression: listed start values, with the stiffness that gives the median force."""
+    values = {name: specs[name].start for name in names}
+    if exponent is not None:
+        values["n"] = exponent
+    if "k_i" in values:
+        n = values.get("n", model.values().get("n", 1.0))
+        deep = samples["indentation"] > _DEEP * samples["indentation"].max()
+        stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
+        values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # negative for a wrong unit or sign
+    return np.array([specs[name].to_internal(values[name]) for name in names])
+
+
+def _scaled_misfit(model: Model, names: tuple[str, ...], samples, slot, units, x):
+    """Error of the law's force at every sample over its unit, of internal parameters and gap errors over theirs."""
+    specs = {p.name: p for p in model.parameters}
+    changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
+    delta = samples["indentation"] - units[0] * x[len(names) :][slot]
+    force = cast(AbstractCompliantLaw, changed.law).force(jnp.maximum(delta, 0.0), samples["rate"], samples["approach_speed"])
+    return (force - samples["force"]) / units[1]
+
+
+_misfit = soon_compiled(_scaled_misfit)
+
+
+@soon_compiled
+def _misfit_slope(model: Model, names: tuple[str, ...], samples, slot, units, x):
+    return jax.jacfwd(lambda moved: _scaled_misfit(model, names, samples, slot, units, moved))(x)
+
+
+@soon_compiled
+def _in_flight(model: Model, u, v, base):
+    """Absolute acceleration of the hammer without contact, m/s^2."""
+    return model.suspension.acceleration(u, v, model.load.force(model.mass) / model.mass - base) + base
+
+
+def _samples(model: Model, records: list[Record], motions: list[Kinematics | None], load_cell: bool) -> dict[str, np.ndarray] | None:
+    """Force, indentation, its rate, approach speed and record of samples in contact, evenly chosen, of `_RECORDS` records at most."""
+    parts = []
+    for index, (record, motion) in enumerate(zip(records, motions, strict=True)):
+        if motion is None or not motion.touching.any():
+            continue
+        force = motion.force if load_cell else motion.inertia
+        if force is None:
+            continue
+        begins = motion.touching & ~np.concatenate([[False], motion.touching[:-1]])
+        last_touch = np.maximum.accumulate(np.where(begins, np.arange(len(begins)), 0))
+        approach = np.maximum(np.abs(motion.v[np.maximum(last_touch - 1, 0)]), 1e-3)
+        keep = motion.touching & (motion.u > record.gap)
+        given = np.full(keep.sum(), record.gap), np.full(keep.sum(), float(index))
+        parts.append(np.stack([force[keep], motion.u[keep], motion.v[keep], motion.base_acceleration[keep], approach[keep], *given]))
+    if not parts or sum(part.shape[1] for part in parts) < 10:
+        return None
+    some = np.unique(np.linspace(0, len(parts) - 1, min(len(parts), _RECORDS)).astype(int))
+    found = np.concatenate([parts[index] for index in some], axis=1)
+    force, u, v, base, approach, gap, owner = found[:, np.linspace(0, found.shape[1] - 1, _SAMPLES).astype(int)]
+    if not load_cell:
+        force = force + model.mass * np.asarray(_in_flight(jax.tree.map(np.asarray, model), u, v, base))
+    return {"force": force, "indentation": u - gap, "rate": v, "approach_speed": approach, "record": owner.astype(int)}

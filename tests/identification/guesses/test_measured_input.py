@@ -1,0 +1,38 @@
+"""Recorded cart motion as an input: the sensor's noise is no motion."""
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from identification.experiment import Record
+from identification.guesses.motion import measured_motion, part
+from vibrojax.excitation import CubicSignal
+
+
+def test_the_noise_of_the_cart_does_not_drive_the_model():
+    time, noise = np.arange(4000) / 4000.0, 1e-5
+    clean = 1e-3 * np.sin(2 * np.pi * 6.0 * time)
+    noisy = clean + noise * np.random.default_rng(0).standard_normal(len(time))
+    record = Record(
+        file="a.csv",
+        kind="cart-excitation",
+        gap=0.0,
+        base="measured",
+        time=time,
+        channels={"cart_displacement": noisy},
+        noise={"cart_displacement": noise},
+    )
+    motion = measured_motion(record)
+    assert np.std(motion.position.coefficients[3] - clean[:-1]) < 0.3 * noise
+    inside = slice(100, -100)
+    acceleration = -((2 * np.pi * 6.0) ** 2) * clean[:-1]
+    assert np.std((motion.second_derivative.coefficients[3] - acceleration)[inside]) < 0.05 * np.ptp(acceleration)
+
+
+def test_a_part_is_right_up_to_the_last_sample_of_the_record():
+    time = 0.1 * np.arange(20)
+    spline = CubicSpline(time, np.sin(time))
+    whole = CubicSignal(knots=np.asarray(spline.x), coefficients=np.asarray(spline.c))
+    for first in (0, 10, 16, 18, 19):
+        piece = part(whole, first, 10)
+        assert np.allclose([float(piece(jnp.asarray(t))) for t in time[first : first + 9]], np.sin(time[first : first + 9]), atol=1e-12)
