@@ -33,7 +33,7 @@ _STARTS = 24
 def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> Fitted | None:
     """The held-back records with the shared parameters of a fit held; None where no record is held back.
 
-    Estimated from them are their states, random force and reading errors, and each record's own numbers.
+    Estimated from them are their states, random force and reading errors, beginning with those of the fit, and each record's own numbers.
     """
     if not experiment.held_back:
         return None
@@ -47,7 +47,7 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
     start = dataclasses.replace(problem.start, shared=shared)
-    return fit(dataclasses.replace(problem, border=held, start=start), progress=progress)
+    return fit(dataclasses.replace(problem, border=held, start=start), begin=fitted.variances, progress=progress)
 
 
 def held_back_fits(chain: Fitted | None) -> tuple[RecordFit, ...]:
