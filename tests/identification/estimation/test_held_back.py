@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from identification.estimation import held_back as module
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.held_back import filtered_state, held_back_chain, held_back_fits
 from identification.report import fit_summary, write_report
@@ -76,6 +77,14 @@ def test_wrong_parameters_predict_it_worse_and_less_likely(chain, parted):
     assert worse > right + 1000.0
     (predicted,) = held_back_fits(held_back_chain(wrong, parted))
     assert predicted.chi2_reduced["impact_force"] > 5.0
+
+
+def test_variances_are_estimated_from_those_of_the_fit_on(chain, parted, monkeypatch):
+    """From a large force on they may end in another mode of the likelihood, under which the same rig is much less likely."""
+    begun = []
+    monkeypatch.setattr(module, "fit", lambda problem, **options: begun.append(options["begin"]))
+    held_back_chain(chain, parted)
+    assert begun == [chain.variances]
 
 
 def test_nothing_held_back_is_nothing_predicted(parted, chain):
