@@ -168,10 +168,10 @@ def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Wei
 def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weighed:
     """Free forms beside the last model of a search, and why its effects are not asserted, else those that were refused."""
     forms = len(last.free)
-    left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
+    against, left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
     limit = _AT_LIMIT if is_largest(found.final.problem, found.final.variances.force) else ""
     first = [step.alternatives[0] for step in found.steps]
-    taken = {one.name: judge.why_not(found.nominal, one, found.final, left, forms) or limit for one in first}
+    taken = {one.name: judge.why_not(found.nominal, one, found.final, against, forms) or limit for one in first}
     refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
     return _Weighed(search=found, left=left, forms=forms, form=form, reasons=taken or refused)
 
@@ -217,30 +217,34 @@ def _is_unexplained(left: Free, forms: int) -> bool:
 
 def _with_prediction(
     left: Free, forms: int, last: Look, final: Fitted, judge: Judge, progress: Progress
-) -> tuple[Free, tuple[LeftOut, str] | None]:
-    """The free forms, best first, and the best fitted model with one, with its formula; a form's gain is that over all records.
+) -> tuple[Free, Free, tuple[LeftOut, str] | None]:
+    """The free forms by what they hold against an effect, and by what they explain; the best fitted model with one, with its formula.
 
     One that gains more than chance is fitted to the end, and has to predict records held back as an effect does: where it would not be
-    asserted, it counts for nothing, and the next is fitted. Where its fit does not converge nothing speaks against it, and its gain at
-    first order stands. Records left out in turn are not asked: one alone may not reach all knots.
+    asserted, it counts for nothing, and the next is fitted. One whose fit does not converge explains nothing, but has not been refuted
+    either: against an effect its gain at first order stands. Records left out in turn are not asked: one alone may not reach all knots.
     """
-    found, best = [], None
+    against, explaining, best = [], [], None
     for scored, weighed, gain in left:
-        form = learned(last, scored.candidate, weighed.strengths)
+        form, refuting = learned(last, scored.candidate, weighed.strengths), gain
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
                 fitted = polished(refitted(*form, final, progress, expected=final.deviance - gain), progress=progress)
+                evidence = judge.evidence(
+                    final, fitted, gain + judge.held_back_gain(final, fitted), len(scored.candidate.signals), forms, in_turn=False
+                )
+                gain = 0.0 if decide(evidence) else evidence.gain
                 if fitted.converged:
-                    gain += judge.held_back_gain(final, fitted)
-                    evidence = judge.evidence(final, fitted, gain, len(scored.candidate.signals), forms, in_turn=False)
-                    gain = 0.0 if decide(evidence) else evidence.gain
-                    if gain > 0.0:
-                        best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
+                    refuting = gain
+                if gain > 0.0:
+                    best = judge.left_out(fitted), fitted.problem.model_at(fitted.at).effects[-1].equation
             except (np.linalg.LinAlgError, NoConvergenceError):  # a form may leave no model that can be integrated
                 pass
-        found.append((scored, weighed, gain))
-    return tuple(sorted(found, key=lambda one: -one[2])), best
+        against.append((scored, weighed, refuting))
+        explaining.append((scored, weighed, gain))
+    by_gain = [tuple(sorted(found, key=lambda one: -one[2])) for found in (against, explaining)]
+    return by_gain[0], by_gain[1], best
 
 
 def _concluded(

@@ -17,9 +17,11 @@ from identification.result.result import Horizon, RecordFit
 from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.motion import Estimate
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.remodel import remodelled, with_variation
 from identification.trajectory.segments import Chains
-from identification.trajectory.start import problem_of
+from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.variances import LARGEST_FORCE, Variances, vanishes
 from vibrojax.channels import EVERY_CHANNEL
 
 SIGNAL = 9.0
@@ -47,7 +49,19 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
     start = dataclasses.replace(problem.start, shared=shared)
-    return fit(dataclasses.replace(problem, border=held, start=start), begin=fitted.variances, progress=progress)
+    return fit(dataclasses.replace(problem, border=held, start=start), begin=_begin(fitted, problem), progress=progress)
+
+
+def _begin(fitted: Fitted, held_back: Problem) -> Variances | None:
+    """Variances that held-back records begin with: those of the fit; None where it has no random force, of which these may have one."""
+    force = fitted.variances.force
+    if vanishes(fitted.problem, force):
+        return None
+    known = dict(zip(fitted.problem.chains.channels, fitted.variances.readings, strict=True))
+    return Variances(
+        force=dataclasses.replace(force, std=min(force.std, LARGEST_FORCE * held_back.scales.force)),
+        readings=tuple(known.get(channel, ReadingError()) for channel in held_back.chains.channels),
+    )
 
 
 def held_back_fits(chain: Fitted | None) -> tuple[RecordFit, ...]:

@@ -161,7 +161,7 @@ def _summed(local: Weighed, chains: Chains, size: int, shared: int) -> Sums:
 def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, ...]) -> tuple[Whitening, ...]:
     """By channel."""
     counted = (chains.weight > 0) & linear.done[:, None, None]
-    return tuple(whitening(error, counted[..., c], chains.first) for c, error in enumerate(errors))
+    return tuple(whitening(error, counted[..., c], chains.first) for c, error in zip(range(len(chains.channels)), errors, strict=True))
 
 
 def lagged(

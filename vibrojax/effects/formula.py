@@ -23,7 +23,7 @@ from vibrojax.shapes import Scalars, Value
 _EXPONENTS = (1.0, 0.5, 1.5, 2.0, 3.0)
 """First values of an exponent that has no start, the first where only one is wanted."""
 _PARTS_OF_SCALE = (0.3, 0.03, 0.1, 1.0)
-"""First values of any other parameter that has no start, over the size that the records give its unit; likewise."""
+"""First values of any other parameter that has no start, over the size of its unit in the records, the first where only one is wanted."""
 _MOST_CANDIDATES = 64
 _REFERENCE = {"amplitude": 1e-3, "speed": 0.1, "force": 1.0, "time": 10.0}
 """m, m/s, N, s: a motion on which a formula is tried when it is read, before any record."""

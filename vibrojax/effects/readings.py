@@ -268,7 +268,7 @@ class MainsHum(AbstractChannelFault):
     Arguments:
         frequency_hz: f > 0, Hz.
         sine: a, in the channel's SI unit.
-        cosine: b, likewise.
+        cosine: b, of its cosine, in the same unit.
         of_channel: name of the channel.
 
     Source: G. Vasilescu, Electronic Noise and Interfering Signals (2005).
@@ -319,7 +319,7 @@ class ReadingTone(AbstractChannelFault):
         frequency_hz: f > 0, Hz.
         decay_rate: s >= 0, 1/s; 0 for a steady tone.
         sine: a, in the channel's SI unit, at the zero of the clock.
-        cosine: b, likewise.
+        cosine: b, of its cosine, in the same unit.
         of_channel: name of the channel.
 
     Source: the free vibration of a damped oscillator; D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 2.

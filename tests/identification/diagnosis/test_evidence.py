@@ -137,18 +137,18 @@ def test_a_strength_is_counted_in_its_errors(seen, force, expected):
 
 
 @pytest.mark.parametrize(
-    ("after", "held_back", "converged", "gain", "learned"),
+    ("after", "held_back", "converged", "gain", "refuting"),
     [
-        ((860.0, 0.1), True, True, 240.0, True),
-        ((860.0, 0.4), True, True, 0.0, False),
-        ((910.0, 0.1), True, True, 0.0, False),
-        ((910.0, 0.4), False, True, 200.0, True),
-        ((910.0, 0.4), True, False, 200.0, False),
+        ((860.0, 0.1), True, True, 240.0, 240.0),
+        ((860.0, 0.4), True, True, 0.0, 0.0),
+        ((910.0, 0.1), True, True, 0.0, 0.0),
+        ((910.0, 0.4), False, True, 200.0, 200.0),
+        ((910.0, 0.4), True, False, 0.0, 200.0),
     ],
     ids=["predicts better", "error rises", "density falls", "nothing held back", "no convergence"],
 )
 def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
-    seen, predicted, monkeypatch, after, held_back, converged, gain, learned
+    seen, predicted, monkeypatch, after, held_back, converged, gain, refuting
 ):
     judge, _ = predicted((900.0, 0.3), after, held_back=held_back)
     with_form = dataclasses.replace(rubbing(seen, 0.2), converged=converged)
@@ -157,8 +157,9 @@ def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
     candidate, one = Candidate(name="any force over velocity", members=(), signals=(None,) * 16), seen.fitted
     scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))
     weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), stderr=np.ones(16), variances=one.variances, at=one.at)
-    left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, one, judge, lambda line: None)
-    assert (left[0][2], best is not None) == (gain, learned)
+    against, left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, one, judge, lambda line: None)
+    assert (left[0][2], best is not None) == (gain, gain > 0.0)
+    assert against[0][2] == refuting
 
 
 def test_the_exponent_of_a_strength_is_held(seen):

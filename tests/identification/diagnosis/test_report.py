@@ -232,6 +232,8 @@ def test_json_has_every_key_that_programs_read(made, verdict):
     document = made[verdict].document({"seed": 0})
     assert (document["schema"], document["verdict"], document["provenance"]) == (1, verdict, {"seed": 0})
     assert isinstance(document["ambiguous_with"], list) and isinstance(document["next_experiment"], str)
+    assert document["ring_downs"].keys() == {"measured", "models", "left_out"}
+    assert all(len(one["amplitude"]) for found in document["ring_downs"]["models"].values() for one in found)
     assert all({"chi2_reduced", "held_out_nrmse"} <= document[side].keys() for side in ("nominal", "augmented"))
     assert len(document["effects"]) == (verdict == MISSING)
     for effect in document["effects"]:

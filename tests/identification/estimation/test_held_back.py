@@ -13,6 +13,7 @@ from identification.estimation.held_back import filtered_state, held_back_chain,
 from identification.report import fit_summary, write_report
 from identification.result.files import fit_json
 from identification.trajectory.fit import fit
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.start import problem_of
 from tests.identification.conftest import cropped
 
@@ -22,6 +23,15 @@ def parted(example):
     """Half a second of the drop test and of two cart records, the last held back."""
     short = cropped(example, 2000, (0, 1, 2))
     return dataclasses.replace(short, records=(*short.records[:2], dataclasses.replace(short.records[2], held_back=True)))
+
+
+def without_channels(parted, lost):
+    """The experiment with channels missing in the record held back."""
+    last = parted.records[2]
+    return dataclasses.replace(
+        parted,
+        records=(*parted.records[:2], dataclasses.replace(last, channels={n: v for n, v in last.channels.items() if n not in lost})),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -79,12 +89,36 @@ def test_wrong_parameters_predict_it_worse_and_less_likely(chain, parted):
     assert predicted.chi2_reduced["impact_force"] > 5.0
 
 
-def test_variances_are_estimated_from_those_of_the_fit_on(chain, parted, monkeypatch):
+@pytest.fixture(scope="module")
+def pushed(chain):
+    """The fit with a random force, and an error of its own in each channel."""
+    force = dataclasses.replace(chain.variances.force, std=0.01 * chain.problem.scales.force)
+    readings = tuple(ReadingError(innovation=2.0 + place) for place in range(len(chain.problem.chains.channels)))
+    return dataclasses.replace(chain, variances=dataclasses.replace(chain.variances, force=force, readings=readings))
+
+
+@pytest.mark.parametrize("lost", [(), ("impact_force",), ("hammer_acceleration",)])
+def test_records_held_back_begin_with_the_variances_of_the_fit(pushed, parted, monkeypatch, lost):
     """From a large force on they may end in another mode of the likelihood, under which the same rig is much less likely."""
     begun = []
-    monkeypatch.setattr(module, "fit", lambda problem, **options: begun.append(options["begin"]))
+    monkeypatch.setattr(module, "fit", lambda problem, begin, **_: begun.append((problem.chains.channels, begin)))
+    held_back_chain(pushed, without_channels(parted, lost))
+    ((channels, begin),) = begun
+    assert not set(lost) & set(channels)
+    assert begin.force == pushed.variances.force
+    assert begin.readings == tuple(pushed.variances.readings[pushed.problem.chains.channels.index(one)] for one in channels)
+
+
+def test_records_held_back_may_have_a_force_where_the_fit_has_none(chain, parted, monkeypatch):
+    begun = []
+    monkeypatch.setattr(module, "fit", lambda problem, begin, **_: begun.append(begin))
     held_back_chain(chain, parted)
-    assert begun == [chain.variances]
+    assert begun == [None]
+
+
+def test_a_held_back_record_may_lack_a_channel_of_the_fit(pushed, parted):
+    found = held_back_chain(pushed, without_channels(parted, ("impact_force",)))
+    assert found is not None and len(found.variances.readings) == len(found.problem.chains.channels)
 
 
 def test_nothing_held_back_is_nothing_predicted(parted, chain):
