@@ -224,9 +224,7 @@ def with_old_options(study: str, sweep: Sequence[str], old: Mapping[str, str | N
         return given
     if already := [text.rpartition("=")[0] for text in given if "=" in text]:
         raise InputError(f"both --sweep {already[0]} and --parameter {parameter} are given: leave --parameter out")
-    if not given:
-        raise InputError(f"--parameter {parameter} is given without values: expected --sweep {parameter}=A:B:N in place of it")
-    return [f"{parameter}={text}" for text in given]
+    return [f"{parameter}={text}" for text in given] or [parameter]
 
 
 def cases(varied: Mapping[str, Sequence[float]]) -> list[tuple[str, dict[str, float]]]:
