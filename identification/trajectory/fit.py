@@ -152,8 +152,8 @@ def fit(
             other = None
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
-        if other is not None:  # off here and there: a random force pays, and moves the trajectory
-            other = _from(problem, other.at, other.variances, rng, progress, coloured_from=0, together=together)
+        if other is not None:  # its residuals ask for a random force, beside which the trajectory moves
+            other = _converged_or_none(problem, other.at, other.variances, rng, progress, coloured_from=0, together=together)
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
     try:
@@ -169,20 +169,20 @@ def fit(
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         begun = None if gone else found
-        other = _from(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together, first=begun)
+        other = _converged_or_none(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together, first=begun)
     if other is None:
         return found
-    if other.converged and (not found.converged or _standing(other) < _standing(found)):
+    if other.converged and (not found.converged or _rank(other) < _rank(found)):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 
 
-def _standing(fitted: Fitted) -> tuple[bool, float]:
+def _rank(fitted: Fitted) -> tuple[bool, float]:
     """Of a converged end among others, the lower the better: a mode of the likelihood first, then the likelier one."""
     return is_no_mode(fitted.problem, fitted.variances.force), fitted.deviance
 
 
-def _from(*args, **options) -> Fitted | None:
+def _converged_or_none(*args, **options) -> Fitted | None:
     """`_converged`; None where physics is missing and the way from no force leads nowhere, or back to where the first end is."""
     try:
         return _converged(*args, **options)

@@ -83,7 +83,7 @@ def test_of_two_ends_at_the_largest_random_force_the_likelier_one_counts(bouncin
         return dataclasses.replace(found, solution=solution, variances=dataclasses.replace(found.variances, force=force))
 
     likely, unlikely, mode = ended(100.0, largest), ended(200.0, largest), ended(300.0, found.variances.force)
-    ranked = sorted([unlikely, mode, likely], key=module._standing)
+    ranked = sorted([unlikely, mode, likely], key=module._rank)
     assert [one is other for one, other in zip(ranked, (mode, likely, unlikely), strict=True)] == [True] * 3
 
 
