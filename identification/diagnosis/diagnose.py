@@ -221,8 +221,8 @@ def _with_prediction(
     """The free forms by what they hold against an effect, and by what they explain; the best fitted model with one, with its formula.
 
     One that gains more than chance is fitted to the end, and has to predict records held back as an effect does: where it would not be
-    asserted, it counts for nothing, and the next is fitted. One whose fit does not converge explains nothing, but has not been refuted
-    either: against an effect its gain at first order stands. Records left out in turn are not asked: one alone may not reach all knots.
+    asserted, it counts for nothing, and the next is fitted. One whose fit does not converge has not been refuted, whatever it
+    predicts: against an effect its gain at first order stands. Records left out in turn are not asked: one alone may not reach all knots.
     """
     against, explaining, best = [], [], None
     for scored, weighed, gain in left:

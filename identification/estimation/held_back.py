@@ -35,7 +35,7 @@ _STARTS = 24
 def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> Fitted | None:
     """The held-back records with the shared parameters of a fit held; None where no record is held back.
 
-    Estimated from them are their states, random force and reading errors, beginning with those of the fit, and each record's own numbers.
+    Estimated from them are their states, random force and reading errors, and each record's own numbers.
     """
     if not experiment.held_back:
         return None
