@@ -51,8 +51,8 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
     """
     found = None
     with suppress(NoConvergenceError):
-        first = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
-        found = dataclasses.replace(first, of_readings=beside.of_readings) if first.converged else None
+        found = continued(problem, near, beside, progress)
+        found = found if found.converged else None
     if found is not None:
         force = found.variances.force
         explained = vanishes(problem, force) and not beside.of_readings
@@ -66,6 +66,16 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
         return found
     best = found if found is not None and (not anew.converged or found.deviance < anew.deviance) else anew
     return polished(best, progress=progress) if beside.of_readings else best
+
+
+def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:
+    """A problem fitted from the estimate and the variances of another model alone.
+
+    Raises:
+        NoConvergenceError: the equations became singular on the way.
+    """
+    found = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
+    return dataclasses.replace(found, of_readings=beside.of_readings)
 
 
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.diagnosis.augment import learned, refitted
+from identification.diagnosis.augment import continued, learned
 from identification.diagnosis.decide import BEYOND_NOISE, LEVEL, decide
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
@@ -26,7 +26,7 @@ from identification.diagnosis.diagnosis import (
 from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
-from identification.diagnosis.look import Look, best_of_each, detail, known_effects, limit_warning, look, weighed_anew
+from identification.diagnosis.look import Look, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, look
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, is_twin, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
@@ -178,13 +178,9 @@ def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weig
 
 def _free(seen: Look) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
-    found = []
-    for one in seen.free[:_FORMS]:
-        try:
-            weighed = weighed_anew(seen, one.candidate)
-        except np.linalg.LinAlgError:  # at first order it takes the motion too far to be weighed
-            continue
-        found.append((one, weighed, seen.deviance - weighed.deviance))
+    forms = seen.free[:_FORMS]
+    weighed = all_weighed_anew(seen, [one.candidate for one in forms])
+    found = [(one, anew, seen.deviance - anew.deviance) for one, anew in zip(forms, weighed, strict=True) if anew is not None]
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 
@@ -220,9 +216,10 @@ def _with_prediction(
 ) -> tuple[Free, Free, tuple[LeftOut, str] | None]:
     """The free forms by what they hold against an effect, and by what they explain; the best fitted model with one, with its formula.
 
-    One that gains more than chance is fitted to the end, and has to predict records held back as an effect does: where it would not be
-    asserted, it counts for nothing, and the next is fitted. One whose fit does not converge has not been refuted, whatever it
-    predicts: against an effect its gain at first order stands. Records left out in turn are not asked: one alone may not reach all knots.
+    One that gains more than chance is fitted to the end, from the model beside which it was found, and has to predict records held back
+    as an effect does: where it would not be asserted, it counts for nothing, and the next is fitted. One whose fit does not converge has
+    not been refuted, whatever it predicts: against an effect its gain at first order stands. Records left out in turn are not asked: one
+    alone may not reach all knots.
     """
     against, explaining, best = [], [], None
     for scored, weighed, gain in left:
@@ -230,7 +227,8 @@ def _with_prediction(
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = polished(refitted(*form, final, progress, expected=final.deviance - gain), progress=progress)
+                fitted = polished(continued(*form, final, progress), progress=progress)
+                gain = final.deviance - fitted.deviance if fitted.converged else gain
                 evidence = judge.evidence(
                     final, fitted, gain + judge.held_back_gain(final, fitted), len(scored.candidate.signals), forms, in_turn=False
                 )

@@ -1,7 +1,9 @@
 """A look at everything that could be missing: all candidates scored beside one fitted model, the best with all variances estimated anew."""
 
 import dataclasses
+import os
 from collections.abc import Collection, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from difflib import get_close_matches
 from functools import cached_property
 
@@ -174,6 +176,19 @@ def weighed_anew(seen: Look, one: Candidate | None) -> Reestimated:
     return reestimated(seen.fitted, *columns, seen.fitted.variances)
 
 
+def all_weighed_anew(seen: Look, candidates: Sequence[Candidate]) -> list[Reestimated | None]:
+    """Every candidate `weighed_anew`, side by side; None for one that takes the motion too far at first order to be weighed."""
+
+    def one(candidate: Candidate) -> Reestimated | None:
+        try:
+            return weighed_anew(seen, candidate)
+        except np.linalg.LinAlgError:
+            return None
+
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        return list(threads.map(one, candidates))
+
+
 def _of_kind(kind: type[AbstractEffect] | Formula, scales: ProbeScales, along: tuple[Course, ...], chains: Chains) -> list[Candidate]:
     """Candidates of one effect with their signals."""
     by_place: dict[tuple, list[tuple[AbstractEffect, ...]]] = {}
@@ -203,13 +218,13 @@ def _in_record(signal: Signal, chains: Chains, index: int) -> Signal:
 def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tuple[Scored, ...]:
     """Largest score of every candidate over several variances, by decreasing gain."""
     scorers = [scorer(fitted.problem, fitted.at, fitted.linear, one) for one in _variances(fitted)]
-    found: list[Scored] = []
-    batch: list[Candidate] = []
-    for index, candidate in enumerate(candidates):
-        batch.append(candidate)
-        if sum(len(one.signals) for one in batch) >= _COLUMNS or index == len(candidates) - 1:
-            found += _batch(fitted, by, scorers, batch)
-            batch = []
+    batches: list[list[Candidate]] = [[]]
+    for candidate in candidates:
+        if sum(len(one.signals) for one in batches[-1]) >= _COLUMNS:
+            batches.append([])
+        batches[-1].append(candidate)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        found = [one for batch in threads.map(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)) for one in batch]
     return tuple(sorted(found, key=lambda one: -one.gain))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from identification.diagnosis.augment import augmented, refitted, without
 from identification.diagnosis.decide import LEVEL
-from identification.diagnosis.look import Candidate, Look, Scored, best_of_each, look, weighed_anew
+from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
@@ -282,11 +282,9 @@ def _is_taken(one: Alternative) -> bool:
 
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain."""
-    found = []
-    for scored in _shortlist(seen):
-        try:
-            weighed = weighed_anew(seen, scored.candidate)
-        except np.linalg.LinAlgError:  # at first order it takes the motion too far to be weighed
+    shortlist, found = _shortlist(seen), []
+    for scored, weighed in zip(shortlist, all_weighed_anew(seen, [one.candidate for one in shortlist]), strict=True):
+        if weighed is None:
             continue
         one = Alternative(
             candidate=scored.candidate,

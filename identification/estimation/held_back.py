@@ -48,8 +48,9 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     problem = with_variation(problem, varying)
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
-    start = dataclasses.replace(problem.start, shared=shared)
-    return fit(dataclasses.replace(problem, border=held, start=start), begin=_begin(fitted, problem), progress=progress)
+    problem = dataclasses.replace(problem, border=held, start=dataclasses.replace(problem.start, shared=shared))
+    begin = _begin(fitted, problem)
+    return fit(problem, begin=begin, both=begin is None, progress=progress)
 
 
 def _begin(fitted: Fitted, held_back: Problem) -> Variances | None:

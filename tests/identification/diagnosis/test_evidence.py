@@ -151,8 +151,10 @@ def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
     seen, predicted, monkeypatch, after, held_back, converged, gain, refuting
 ):
     judge, _ = predicted((900.0, 0.3), after, held_back=held_back)
-    with_form = dataclasses.replace(rubbing(seen, 0.2), converged=converged)
-    for name, made in {"learned": (None, None), "refitted": with_form, "polished": with_form}.items():
+    rubs = rubbing(seen, 0.2)
+    as_expected = dataclasses.replace(rubs.solution, deviance=seen.fitted.deviance - (200.0 if converged else 50.0))
+    with_form = dataclasses.replace(rubs, converged=converged, solution=as_expected)
+    for name, made in {"learned": (None, None), "continued": with_form, "polished": with_form}.items():
         monkeypatch.setattr(diagnose, name, lambda *args, made=made, **others: made)
     candidate, one = Candidate(name="any force over velocity", members=(), signals=(None,) * 16), seen.fitted
     scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))
