@@ -33,7 +33,7 @@ def jobs(monkeypatch, tmp_path):
 
     module.run_fit = module.run_simulate = job
     monkeypatch.setitem(sys.modules, "identification.commands.run", module)
-    monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: None)
+    monkeypatch.setattr("vibrojax.cli.source.prepare_jax", lambda: None)
     monkeypatch.setattr("vibrojax.cli.experiments.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.chdir(tmp_path)
@@ -215,7 +215,7 @@ def test_bad_usage_is_one_line_that_says_where_to_read_on(jobs, monkeypatch, cap
         (["diagnos"], "No such command 'diagnos'. Did you mean 'diagnose'"),
         (["simulate", "--model", "m.json"], "Missing option '--experiment'; expected EXPERIMENT.toml (The experiment whose records are"),
         (["report"], "Missing argument 'DIR'; expected DIR (Folder that"),
-        (["continue", "--from", "low"], "Invalid value for '--from': "),
+        (["continue", "--at", "low"], "Invalid value for '--at': "),
     ],
 )
 def test_what_a_command_lacks_is_one_line(jobs, monkeypatch, capsys, arguments, message):
@@ -251,7 +251,7 @@ ABSENT = [
     (["diagnose", "nowhere"], "nowhere does not exist: expected an experiment's folder"),
     (["simulate", "--model", "m.json", "--experiment", "rig", "--out", "o"], "m.json cannot be read (no such file): expected the model"),
     (["simulate", "--model", "rig", "--experiment", "rig", "--out", "o"], "rig cannot be read (a folder): expected the model.json"),
-    (["continue", "--model", "m.json", "--from", "1", "--to", "2", "--out", "o"], "m.json cannot be read"),
+    (["continue", "--model", "m.json", "--sweep", "1:2", "--out", "o"], "m.json cannot be read"),
     (["section", "--model", "m.json", *"--base-amplitude 1e-3 --gap 0 --frequency 5 --out o".split()], "m.json cannot be read"),
     (["section", "--fit", "rig", *"--base-amplitude 1e-3 --gap 0 --frequency 5 --out o".split()], "rig/model.json cannot be read"),
 ]
@@ -259,7 +259,7 @@ ABSENT = [
 
 @pytest.mark.parametrize(("arguments", "message"), ABSENT)
 def test_what_is_not_there_is_found_before_jax_is_loaded(jobs, monkeypatch, capsys, tmp_path, arguments, message):
-    for module in ("fit", "experiments", "continuation", "study"):
+    for module in ("source", "experiments", "continuation", "study"):
         monkeypatch.setattr(f"vibrojax.cli.{module}.prepare_jax", lambda: pytest.fail("JAX was loaded"))
     assert call(monkeypatch, main.main, *arguments) == 2
     out, error = capsys.readouterr()

@@ -35,7 +35,7 @@ def engine(monkeypatch, tmp_path):
         return made_diagnosis(made_result(samples=700), module.verdict)
 
     monkeypatch.setattr("identification.commands.run.diagnose_experiment", diagnose_experiment)
-    monkeypatch.setattr("vibrojax.cli.experiments.prepare_jax", lambda: None)
+    monkeypatch.setattr("vibrojax.cli.source.prepare_jax", lambda: None)
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.chdir(tmp_path)
     return module

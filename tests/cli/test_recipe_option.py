@@ -24,7 +24,7 @@ from vibrojax.data_files import data_path
 )
 def test_bad_sources_are_one_line(monkeypatch, capsys, tmp_path, arguments, message):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: None)
+    monkeypatch.setattr("vibrojax.cli.source.prepare_jax", lambda: None)
     monkeypatch.setattr(sys, "argv", ["fit-parameters", *arguments, "--quiet"])
     with pytest.raises(SystemExit) as ended:
         fit.main()

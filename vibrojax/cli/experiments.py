@@ -4,15 +4,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from vibrojax.aside import of_earlier_set
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.grammar import first_values
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Start, Style, Term
 from vibrojax.cli.output import output_folder
 from vibrojax.cli.progress import stages
-from vibrojax.cli.source import check_experiment, check_file, check_source, default_folder, experiment_source
+from vibrojax.cli.source import check_experiment, check_file, check_source, opened, say_results
 
 DIAGNOSE_EXAMPLE = "Example:  vibrojax diagnose rig-B/experiment.toml --out rig-B-diagnosis"
 SIMULATE_EXAMPLE = "Example:  vibrojax simulate --model rig-B-fit/model.json --experiment rig-B/experiment.toml --out rig-B-model"
@@ -53,14 +51,7 @@ def diagnose(
     """
     check_source(experiment, recipe, data)
     starts = first_values(start or (), term or ())
-    out = default_folder("diagnose", experiment, recipe) if out is None else out
-    with (
-        output_folder(out, outdated=of_earlier_set) as folder,
-        experiment_source(experiment, recipe, data) as source,
-        stages(quiet=quiet) as say,
-    ):
-        say("loading JAX")
-        prepare_jax()
+    with opened("diagnose", experiment, recipe, data, out, quiet=quiet) as (source, folder, say):
         from identification.commands.run import run_diagnose
         from identification.report.base import STYLES
 
@@ -76,7 +67,6 @@ def diagnose(
             progress=say,
             show=say.show,
         )
-    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
 
 
 def simulate(
@@ -130,4 +120,4 @@ def report(
 
         in_place = out.resolve() == directory.resolve()
         run_report(directory, folder, style=STYLES[style], in_place=in_place, progress=say, show=say.show)
-    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
+    say_results(out, quiet=quiet)

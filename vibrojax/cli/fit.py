@@ -4,17 +4,12 @@ from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
-from rich.console import Console
 
-from vibrojax.aside import of_earlier_set
 from vibrojax.cli.batch import fit_batch
-from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.errors import run
 from vibrojax.cli.grammar import first_values, listed
 from vibrojax.cli.options import Data, Experiment, Quiet, Recipe, Start, Style, Term, one_of
-from vibrojax.cli.output import output_folder
-from vibrojax.cli.progress import stages
-from vibrojax.cli.source import check_file, check_source, default_folder, experiment_source
+from vibrojax.cli.source import check_file, check_source, opened
 from vibrojax.errors import InputError
 
 EXAMPLE = "Example:  fit-parameters rig-B/experiment.toml --out rig-B-fit"
@@ -119,21 +114,13 @@ def fit(
     if batch is not None:
         fit_batch(batch, out, chosen, posterior=posterior, draws=draws, style=style, workers=workers or 1, quiet=quiet)
         return
-    out = default_folder("fit", experiment, recipe) if out is None else out
-    with (
-        output_folder(out, outdated=of_earlier_set) as folder,
-        experiment_source(experiment, recipe, data) as source,
-        stages(quiet=quiet) as say,
-    ):
-        say("loading JAX")
-        prepare_jax()
+    with opened("fit", experiment, recipe, data, out, quiet=quiet) as (source, folder, say):
         from identification.commands.run import run_fit
         from identification.estimation.likelihood import DRAWS
         from identification.report.base import STYLES
 
         chosen |= {"draws": (draws or DRAWS) if posterior else None, "style": STYLES[style]}
         run_fit(source, folder, **chosen, progress=say, show=say.show)
-    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
 
 
 def contact_width(integrator: str, smoothing: float | None) -> float | None:

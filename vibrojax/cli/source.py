@@ -5,7 +5,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rich.console import Console
+
+from vibrojax.aside import of_earlier_set
+from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.interrupt import removed_at_end
+from vibrojax.cli.output import output_folder
+from vibrojax.cli.progress import Stages, stages
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
@@ -47,6 +53,32 @@ def experiment_source(experiment: Path | None, recipe: str | None, data: Path | 
 
     with recipe_experiment(load_recipe(recipe), data) as folder, removed_at_end([folder]):
         yield folder
+
+
+@contextmanager
+def opened(
+    job: str, experiment: Path | None, recipe: str | None, data: Path | None, out: Path | None, *, quiet: bool
+) -> Iterator[tuple[Path, Path, Stages]]:
+    """Lend the experiment, an empty folder for its results, and the stages of the work, with JAX loaded; say at last where results are.
+
+    The folder takes the place of an earlier set of results in `out`, or where that is None in `default_folder`. Errors are those of
+    `experiment_source` and `output_folder`.
+    """
+    out = default_folder(job, experiment, recipe) if out is None else out
+    with (
+        output_folder(out, outdated=of_earlier_set) as folder,
+        experiment_source(experiment, recipe, data) as source,
+        stages(quiet=quiet) as say,
+    ):
+        say("loading JAX")
+        prepare_jax()
+        yield source, folder, say
+    say_results(out, quiet=quiet)
+
+
+def say_results(out: Path, *, quiet: bool) -> None:
+    """Where the results are, and the page to start with."""
+    Console(quiet=quiet, highlight=False).print(f"results in {out}; start with {out / 'report.html'}", soft_wrap=True)
 
 
 _LONGEST = 50

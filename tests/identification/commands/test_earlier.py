@@ -147,7 +147,7 @@ def printed(shown) -> str:
 
 
 def test_a_wrong_path_is_one_line_before_anything_is_loaded(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr("vibrojax.cli.fit.prepare_jax", lambda: pytest.fail("JAX was loaded first"))
+    monkeypatch.setattr("vibrojax.cli.source.prepare_jax", lambda: pytest.fail("JAX was loaded first"))
     monkeypatch.setattr(sys, "argv", ["fit-parameters", str(data_path("example")), "--from", "nowhere", "--out", str(tmp_path / "out")])
     with pytest.raises(SystemExit) as ended:
         fit.main()
