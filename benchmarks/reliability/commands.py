@@ -107,7 +107,7 @@ def small_commands(folder: Path, names: tuple[str, ...]) -> list[Command]:
             "diagnose": ["diagnose", "experiment.toml", "--only", "coulomb_friction"],
             "report": ["report", "."],
             "simulate": ["simulate", "--model", "model.json", "--experiment", "experiment.toml"],
-            "peterka": "peterka --model model.json --base-amplitude 2e-3 --ratios 1:3:12 --clearances 0.2:1:6 --cycles 20".split(),
+            "peterka": "peterka --model model.json --base-amplitude 2e-3 --sweep 1:3:12 --sweep clearance=0.2:1:6 --cycles 20".split(),
         }[name]
         made.append(Command(name, arguments, place))
     return made

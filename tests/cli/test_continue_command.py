@@ -33,7 +33,7 @@ def call(monkeypatch, *arguments: str) -> int:
 @pytest.mark.parametrize("option", ["--amplitude", "--base-amplitude"])
 def test_a_branch_is_written(option, model, monkeypatch, tmp_path, capsys):
     out = tmp_path / "branch"
-    options = ["--gap", "3e-3", option, "1e-3", "--from", "4.2", "--to", "4.5", "--quiet"]
+    options = ["--gap", "3e-3", option, "1e-3", "--sweep", "4.2:4.5", "--quiet"]
     assert call(monkeypatch, "continue", "--model", str(model), "--out", str(out), *options) == 0
     assert sorted(path.name for path in out.iterdir()) == [
         "branch.csv",
@@ -82,13 +82,12 @@ def test_presets_are_listed(model, monkeypatch, capsys):
     ("options", "message"),
     [
         (["--gap", "1e-3", "--amplitude", "1e-3"], "--sweep is missing"),
-        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "3:9", "--from", "3"], "both --sweep and --from or --to are given"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "frequency=3"], "--sweep is '3': expected [NAME=]A:B"),
         (["--preset", "wires", "--sweep", "3:9"], "both --model and --preset are given"),
-        (["--amplitude", "1e-3", "--from", "4", "--to", "5"], "--gap is missing: expected it where frequency is swept"),
-        (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "0.1", "--to", "1", "--parameter", "zeta"], "--frequency is missing"),
-        (["--gap", "1e-3", "--amplitude", "0", "--from", "4", "--to", "5"], "amplitude is 0 m: expected a finite number above 0"),
-        (["--gap", "1e-3", "--amplitude", "1e-3", "--from", "5", "--to", "4"], "frequency = 5: expected a value from 5 to 4"),
+        (["--amplitude", "1e-3", "--sweep", "4:5"], "--gap is missing: expected it where frequency is swept"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "zeta=0.1:1"], "--frequency is missing"),
+        (["--gap", "1e-3", "--amplitude", "0", "--sweep", "4:5"], "amplitude is 0 m: expected a finite number above 0"),
+        (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "5:4"], "frequency = 5: expected a value from 5 to 4"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "0:1"], "--along 0:1 names no parameter"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "frequency=4:5"], "--along and --sweep both name frequency"),
         (["--gap", "1e-3", "--amplitude", "1e-3", "--sweep", "4:5", "--along", "gap=2e-3:3e-3"], "a branch has gap = 0.001"),

@@ -29,7 +29,6 @@ def test_every_command_has_help_with_its_example(monkeypatch, capsys, name):
     said = capsys.readouterr().out
     assert f"vibrojax {name} --model" in said
     assert all(option in said for option in ("--preset", "--sweep", "--gap", "--frequency", "--vary", "--style", "--base-amplitude"))
-    assert not any(option in said for option in ("--values", "--ratios", "--displacements", "--mass-ratios"))
     assert all(option in said for option in ("--store", "--cluster", "--fit", "--draws", "--seed", "--tile", "--out", "--quiet"))
 
 
@@ -43,8 +42,8 @@ def test_values():
 def test_bad_values_end_in_one_line(monkeypatch, capsys, tmp_path, text):
     (tmp_path / "model.json").touch()
     rest = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3", "--out", str(tmp_path / "out"))
-    assert call(monkeypatch, "peterka", "--ratios", text, *rest) == 2
-    assert f"error: --ratios is {text!r}: expected A:B:N" in capsys.readouterr().err
+    assert call(monkeypatch, "peterka", "--sweep", text, *rest) == 2
+    assert f"error: --sweep is {text!r}: expected {'A:B:N' if text else 'NAME=VALUES'}" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -91,13 +90,13 @@ def test_a_study_lands_in_its_store_and_another_is_refused(monkeypatch, capsys, 
         "--out",
         str(tmp_path / "o"),
     )
-    assert call(monkeypatch, "response", "--frequencies", "5:7:3", *store, *rest) == 0
+    assert call(monkeypatch, "response", "--sweep", "5:7:3", *store, *rest) == 0
     ended = capsys.readouterr()
     assert "3 of 3 operating points" in ended.err and "response.nc and response.png" in ended.out
     assert sorted(path.name for path in (tmp_path / "o").iterdir()) == [
         f"response.{suffix}" for suffix in ("md", "nc", "pdf", "png", "svg")
     ]
-    assert call(monkeypatch, "response", "--frequencies", "5:8:3", *store, *rest) == 2
+    assert call(monkeypatch, "response", "--sweep", "5:8:3", *store, *rest) == 2
     assert "begun with other settings: axes.frequency_hz is [5.0, 6.0, 7.0] in the store, [5.0, 6.5, 8.0] now" in capsys.readouterr().err
 
 
@@ -135,7 +134,7 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
         "2e-3",
         "--gaps",
         "1e-3",
-        "--frequencies",
+        "--sweep",
         "5:7:3",
         "--cycles",
         "24",
@@ -171,7 +170,7 @@ def test_a_study_over_draws_of_a_fit(monkeypatch, capsys, tmp_path):
 def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch, capsys, tmp_path, given, message):
     monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
     write_model(model(), tmp_path / "model.json")
-    rest = ("--displacements", "0:1e-3:3", "--velocities", "0:0.1:3", "--model", str(tmp_path / "model.json"), "--out", str(tmp_path / "o"))
+    rest = ("--sweep", "u0=0:1e-3:3", "--sweep", "v0=0:0.1:3", "--model", str(tmp_path / "model.json"), "--out", str(tmp_path / "o"))
     assert call(monkeypatch, "basins", *given, *rest, "--quiet") == 2
     said = capsys.readouterr().err.strip().splitlines()
     assert len(said) == 1 and message in said[0] and not (tmp_path / "o").exists()
@@ -180,7 +179,7 @@ def test_basins_ask_for_the_operating_point_but_for_what_they_follow(monkeypatch
 def test_basins_say_what_they_found(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("vibrojax.cli.study.prepare_jax", lambda: None)
     write_model(model(), tmp_path / "model.json")
-    plane = ("--displacements=-2e-3:2e-3:4", "--velocities=-0.2:0.3:4", "--cycles", "100")
+    plane = ("--sweep", "u0=-2e-3:2e-3:4", "--sweep", "v0=-0.2:0.3:4", "--cycles", "100")
     rest = (*plane, "--model", str(tmp_path / "model.json"), "--base-amplitude", "2e-3")
     assert call(monkeypatch, "basins", "--frequency", "7", "--gap", "4e-3", *rest, "--out", str(tmp_path / "o")) == 0
     said = capsys.readouterr().out
@@ -226,45 +225,29 @@ def test_a_preset_takes_the_place_of_model_amplitude_and_gaps(monkeypatch, tmp_p
 
 
 @pytest.mark.parametrize(
-    ("now", "before"),
+    ("given", "axes"),
     [
+        (("peterka", "--sweep", "1:2:2", "--sweep", "clearance=0:1:2"), {"ratio": [1.0, 2.0], "clearance": [0.0, 1.0]}),
         (
-            ("response", "--sweep", "frequency=3:5:3", "--gap", "0,1e-3"),
-            ("response", "--frequencies", "3:5:3", "--gaps", "0,1e-3"),
+            ("basins", "--sweep", "u0=-1e-3,0", "--sweep", "v0=-1,1", "--gap", "0", "--frequency", "7"),
+            {"u0": [-1e-3, 0.0], "v0": [-1.0, 1.0]},
         ),
-        (
-            ("bifurcation", "--sweep", "gap=1e-3:2e-3:3", "--frequency", "7"),
-            ("bifurcation", "--parameter", "gap", "--values", "1e-3:2e-3:3", "--frequency", "7"),
-        ),
-        (("peterka", "--sweep", "1:2:3", "--sweep", "clearance=0:1:3"), ("peterka", "--ratios", "1:2:3", "--clearances", "0:1:3")),
-        (
-            ("basins", "--sweep", "u0=-1e-3:0:3", "--sweep", "v0=-1:1:3", "--gap", "1e-3", "--frequency", "7"),
-            ("basins", "--displacements=-1e-3:0:3", "--velocities=-1:1:3", "--gap", "1e-3", "--frequency", "7"),
-        ),
-        (
-            ("lyapunov", "--sweep", "3:5:3", "--gap", "0"),
-            ("lyapunov", "--values", "3:5:3", "--gap", "0"),
-        ),
-        (
-            ("design", "--sweep", "mass_ratio=1:2:3", "--frequency", "3,4.5", "--gap", "0"),
-            ("design", "--mass-ratios", "1:2:3", "--frequencies", "3,4.5", "--gap", "0"),
-        ),
+        (("lyapunov", "--sweep", "3:5:2", "--gap", "0"), {"values": [3.0, 5.0]}),
+        (("design", "--sweep", "1:2:2", "--frequency", "3,4.5", "--gap", "0"), {"mass_ratio": [1.0, 2.0], "frequency_hz": [3.0, 4.5]}),
     ],
 )
-def test_the_options_that_each_axis_had_of_its_own_still_work(monkeypatch, tmp_path, now, before):
+def test_axes_take_their_values(monkeypatch, tmp_path, given, axes):
     write_model(model(), tmp_path / "model.json")
-    rig = ("--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3")
-    (one, [new], _), (two, [old], _) = (asked(monkeypatch, tmp_path, *each, *rig) for each in (now, before))
-    assert one == two == 0
-    assert new.document() == old.document()
+    status, [job], _ = asked(monkeypatch, tmp_path, *given, "--model", str(tmp_path / "model.json"), "--base-amplitude", "1e-3")
+    assert (status, {name: values.tolist() for name, values in job.axes.items()}) == (0, axes)
 
 
 def test_a_parameter_alone_is_swept_over_the_range_of_the_preset(monkeypatch, tmp_path):
-    preset = ("--preset", "wires", "--frequency", "7")
-    both = (asked(monkeypatch, tmp_path, "bifurcation", *each, *preset) for each in (("--sweep", "gap"), ("--parameter", "gap")))
-    (one, [new], _), (two, [old], _) = both
-    assert one == two == 0
-    assert new.document() == old.document()
+    status, [job], _ = asked(monkeypatch, tmp_path, "bifurcation", "--preset", "wires", "--frequency", "7", "--sweep", "gap")
+    low, high = read_preset("wires").ranges["gap"]
+    assert status == 0
+    assert (job.settings["parameter"], job.axes["values"][0], len(job.axes["values"])) == ("gap", low, 101)
+    assert job.axes["values"][-1] == pytest.approx(high, rel=1e-8)
 
 
 def test_stiffnesses_make_a_study_each_or_an_axis(monkeypatch, tmp_path):
@@ -290,7 +273,6 @@ def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
     [
         (("bifurcation", "--sweep", "3:5:3", "--sweep", "gap=0:1:3"), "--sweep is given 2 times: expected one parameter"),
         (("peterka", "--sweep", "gap=0:1:3"), "--sweep names 'gap': expected one of ratio, clearance"),
-        (("peterka", "--sweep", "ratio=1:2:3", "--ratios", "1:2:3"), "both --sweep ratio=1:2:3 and --ratios 1:2:3 are given"),
         (("peterka", "--gap", "0"), "--gap is given, but peterka does not take it"),
         (("peterka", "--borders", "none.csv"), "none.csv cannot be read (no such file): expected the borders.csv"),
         (
@@ -302,7 +284,6 @@ def test_amplitudes_may_vary_too(monkeypatch, tmp_path):
         (("response", "--sweep", "=3:5:3", "--gap", "0"), "--sweep is '=3:5:3': expected NAME=VALUES"),
         (("section", "--gap", "0"), "--frequency is missing"),
         (("peterka", "--sweep", "1:2:3", "--sweep", "ratio=1:2:2"), "--sweep names ratio twice"),
-        (("bifurcation", "--sweep", "frequency=3:9:2", "--parameter", "gap", "--gap", "0"), "both --sweep frequency and --parameter gap"),
         (("bifurcation", "--sweep", "zeta=0.01:0.1:3", "--gap", "0", "--frequency", "7", "--vary", "zeta=0.02,0.05"), "which is swept"),
         (("bifurcation", "--sweep", "amplitude=1e-3:2e-3:3", "--gap", "0", "--frequency", "7"), "but bifurcation sweeps it"),
         (("section", "--gap", "1e-3,1e-3", "--frequency", "7"), "values are equal to six digits (gap-0.001)"),

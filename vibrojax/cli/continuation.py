@@ -56,19 +56,16 @@ def continue_(
     doublings: Doublings = 0,
     along: SecondParameter = None,
     quiet: Quiet = False,
-    begin: Annotated[float | None, typer.Option("--from", hidden=True, help="First end of --sweep.")] = None,
-    end: Annotated[float | None, typer.Option("--to", hidden=True, help="Last end of --sweep.")] = None,
-    parameter: Annotated[str | None, typer.Option("--parameter", hidden=True, help="Name of --sweep.")] = None,
 ) -> None:
     """Follow one family of periodic orbits, stable or not, along a parameter; one for each gap or other value that is given.
 
     The rig first settles onto a stable orbit; another --start may lead to another one. Writes branch.csv, special.json, the figure and its
     caption; with --along borders.csv, its figure and caption too. Exit status: 0 done, 2 bad input, 3 no orbit was found.
     """
-    if preset is not None and sweep is None and begin is None and end is None and parameter is None:
+    if preset is not None and sweep is None:
         name, bounds, at, gap = _of_preset(preset, at, gap, vary or [])
     else:
-        name, bounds = _followed(sweep, begin, end, parameter)
+        name, bounds = _followed(sweep)
     second, span = (None, bounds) if along is None else _second(along, name)
     at = bounds[0] if at is None else at
     check_rig({"--model": model, "--preset": preset})
@@ -129,18 +126,13 @@ def _of_preset(preset: str, at: float | None, gap: str | None, vary: list[str]) 
     return "frequency", known.ranges["frequency_hz"], known.point["frequency_hz"] if at is None else at, gap
 
 
-def _followed(sweep: str | None, begin: float | None, end: float | None, parameter: str | None) -> tuple[str, tuple[float, float]]:
+def _followed(sweep: str | None) -> tuple[str, tuple[float, float]]:
     """The parameter and its range."""
     if sweep is None:
-        if begin is None or end is None:
-            raise InputError("--sweep is missing: expected what is followed, from A to B; add --sweep frequency=A:B")
-        name, bounds = parameter or "frequency", (begin, end)
-    else:
-        if begin is not None or end is not None:
-            raise InputError("both --sweep and --from or --to are given: expected --sweep alone; leave the others out")
-        ((name, text),) = named("--sweep", [sweep]).items()
-        name, bounds = name or parameter or "frequency", ends("--sweep", text)
-    return _OURS.get(canonical(name), name), bounds
+        raise InputError("--sweep is missing: expected what is followed, from A to B; add --sweep frequency=A:B")
+    ((name, text),) = named("--sweep", [sweep]).items()
+    name = name or "frequency"
+    return _OURS.get(canonical(name), name), ends("--sweep", text)
 
 
 def _second(along: str, first: str) -> tuple[str, tuple[float, float]]:

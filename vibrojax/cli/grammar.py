@@ -19,8 +19,6 @@ class Axis(NamedTuple):
     """Of the study, which holds the values."""
     default: str | None = None
     """Values where none are given; None: they must be given."""
-    old: str = ""
-    """Spelling of the option that this axis had of its own, which still works."""
     count: int = 101
     """Values along it where a preset's range is taken."""
 
@@ -43,18 +41,18 @@ class Form(NamedTuple):
     varied_inside: bool = False
 
 
-_ALONG = {"frequency": Axis("values", old="--values")}
+_ALONG = {"frequency": Axis("values")}
 _POINT = ("gap", FREQUENCY)
-_PLANE = {"u0": Axis("u0", old="--displacements", count=51), "v0": Axis("v0", old="--velocities", count=51)}
+_PLANE = {"u0": Axis("u0", count=51), "v0": Axis("v0", count=51)}
 FORMS: dict[str, Form] = {
-    "response": Form({"frequency": Axis(FREQUENCY, old="--frequencies", count=151)}, settings=("gap",), lists=("gap",), varied_inside=True),
+    "response": Form({"frequency": Axis(FREQUENCY, count=151)}, settings=("gap",), lists=("gap",), varied_inside=True),
     "bifurcation": Form(_ALONG, any_parameter=True, settings=_POINT),
-    "peterka": Form({"ratio": Axis("ratio", "0.5:5:100", "--ratios"), "clearance": Axis("clearance", "0:3:100", "--clearances")}),
+    "peterka": Form({"ratio": Axis("ratio", "0.5:5:100"), "clearance": Axis("clearance", "0:3:100")}),
     "section": Form({}, settings=_POINT),
     "basins": Form(_PLANE, settings=_POINT),
     "basins_along": Form(_PLANE, settings=_POINT),
     "lyapunov": Form(_ALONG, any_parameter=True, settings=_POINT),
-    "design": Form({"mass_ratio": Axis("mass_ratio", "0.1:3:100", "--mass-ratios")}, settings=_POINT, lists=(FREQUENCY,)),
+    "design": Form({"mass_ratio": Axis("mass_ratio", "0.1:3:100")}, settings=_POINT, lists=(FREQUENCY,)),
 }
 """By the name of the command."""
 
@@ -194,37 +192,6 @@ def swept(study: str, sweep: Sequence[str], ranges: Mapping[str, tuple[float, fl
             raise InputError(f"--sweep {name}=A:B:N is missing: expected the values of {name}, from A to B; add it")
         found[axis.argument] = values("--sweep", whole_range(name) if text is None else text)
     return found, along
-
-
-def with_old_options(study: str, sweep: Sequence[str], old: Mapping[str, str | None], parameter: str | None) -> list[str]:
-    """`--sweep` with what the options say that the axes once had of their own.
-
-    Arguments:
-        study: name of the command.
-        sweep: `--sweep`, as often as it was given.
-        old: by axis, the value of its own option.
-        parameter: the option that named the parameter.
-
-    Example:
-        >>> with_old_options("lyapunov", [], {"frequency": "1e-3:2e-3:9"}, "gap")
-        ['gap=1e-3:2e-3:9']
-    """
-    form, given = FORMS[study], list(sweep)
-    first = next(iter(form.axes), "")
-    names = [name or first for name in named("--sweep", sweep)]
-    for name, text in old.items():
-        if text is None:
-            continue
-        option = form.axes[name].old
-        if name in names or (form.any_parameter and names):
-            raise InputError(f"both --sweep {sweep[0]} and {option} {text} are given: expected one of the two; leave one out")
-        values(option, text)  # so that a message names the option as it was given
-        given.append(text if form.any_parameter else f"{name}={text}")
-    if parameter is None:
-        return given
-    if already := [text.rpartition("=")[0] for text in given if "=" in text]:
-        raise InputError(f"both --sweep {already[0]} and --parameter {parameter} are given: leave --parameter out")
-    return [f"{parameter}={text}" for text in given] or [parameter]
 
 
 def cases(varied: Mapping[str, Sequence[float]]) -> list[tuple[str, dict[str, float]]]:

@@ -10,7 +10,6 @@ from typing import Annotated, Any
 import typer
 
 from identification.wording import STYLE_NAMES
-from vibrojax.cli.grammar import FORMS, with_old_options
 from vibrojax.cli.source import check_file
 from vibrojax.errors import InputError
 from vibrojax.figure_style import FIGURE_STYLES, SCREEN
@@ -183,36 +182,22 @@ def check_rig(given: dict[str, Any]) -> None:
 
 
 def with_shared(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose first argument `shared` stands on the command line as the options of `Shared`.
-
-    The options that the axes of its study once had of their own still work, as `--sweep`, and are not shown.
-    """
-    study = command.__name__
-    form = FORMS[study]
-    old = {name: axis.old.removeprefix("--").replace("-", "_") + "_as_before" for name, axis in form.axes.items()}
+    """A command whose first argument `shared` stands on the command line as the options of `Shared`."""
 
     @functools.wraps(command)
     def called(**given: Any) -> None:
-        values = {name: given.pop(argument) for name, argument in old.items()}
         shared = Shared(**{field.name: given.pop(field.name) for field in dataclasses.fields(Shared)})
-        sweep = with_old_options(study, shared.sweep or [], values, given.pop("parameter", None))
-        shared = dataclasses.replace(shared, sweep=sweep)
         shared.check()
         command(shared, **given)
 
-    def option(name: str, annotation: Any, default: Any = None) -> inspect.Parameter:
-        default = inspect.Parameter.empty if default is dataclasses.MISSING else default
-        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+    def option(field: dataclasses.Field[Any]) -> inspect.Parameter:
+        default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+        return inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=field.type)
 
-    def hidden(name: str, text: str) -> Any:
-        return Annotated[str | None, typer.Option(name, hidden=True, help=text)]
-
-    options = [option(field.name, field.type, field.default) for field in dataclasses.fields(Shared)]
-    before = [option(old[name], hidden(axis.old, "Values along this axis, as --sweep gives them.")) for name, axis in form.axes.items()]
-    before += [option("parameter", hidden("--parameter", "Name of --sweep."))] if form.any_parameter else []
+    options = [option(field) for field in dataclasses.fields(Shared)]
     own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in list(inspect.signature(command).parameters.values())[1:]]
     cut = 1 + [p.name for p in options].index("style")
-    parameters = [*options[:cut], *own, *options[cut:], *before]
+    parameters = [*options[:cut], *own, *options[cut:]]
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {p.name: p.annotation for p in parameters}
     return called

@@ -1,6 +1,5 @@
 """`vibrojax response`, `bifurcation`, `peterka`, `section`, `basins`, `lyapunov`, `design`: a model in; a data set and a figure out."""
 
-import dataclasses
 import json
 import math
 import time
@@ -124,13 +123,8 @@ def lyapunov(shared: Shared, cycles: Cycles = 300) -> None:
 
 
 @with_shared
-def design(
-    shared: Shared,
-    cycles: Cycles = 300,
-    frequencies: Annotated[str | None, typer.Option("--frequencies", hidden=True, help="As --frequency.")] = None,
-) -> None:
+def design(shared: Shared, cycles: Cycles = 300) -> None:
     """Hammer design: impact force against the hammer's mass, its spring kept, at several excitation frequencies."""
-    shared = shared if frequencies is None else dataclasses.replace(shared, frequency=frequencies)
     _run("design", shared, {}, dict(transient=cycles))
 
 
