@@ -191,14 +191,13 @@ MARKERS = {
 }
 
 
-def draw_branches(branches: list[Branch], *, title: str = "") -> Figure:
+def draw_branches(branches: list[Branch]) -> Figure:
     """Two panels over the parameter: largest relative displacement, and peak force (impact speed where the stop is rigid).
 
     Make it within `vibrojax.drawing.style`.
 
     Arguments:
         branches: along the same parameter, one colour each.
-        title: above the picture.
     """
     figure = new_figure(5.4, layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
@@ -209,7 +208,7 @@ def draw_branches(branches: list[Branch], *, title: str = "") -> Figure:
             _mark(above, place, 1e3 * float(place.orbit.passage.highest))
             passage = place.orbit.passage
             _mark(below, place, float(passage.fastest_touch if branch.rigid else passage.peak_force))
-    above.set(ylabel="largest $u$ (mm)", title=title)
+    above.set_ylabel("largest $u$ (mm)")
     below.set(xlabel=axis_label(branches[0].name, branches[0].label), ylabel="impact speed (m/s)" if branches[0].rigid else FORCE)
     _legend(above, branches)
     return figure

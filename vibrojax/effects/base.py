@@ -70,9 +70,6 @@ class OwnState:
     unit: str
     scale: float
     """Size that it may have at the start of a stretch of record, in its unit; 0 where it has died down by then."""
-    carried: bool = True
-    """Whether it ends a stretch of record as it begins the next one. If not, it is the memory of a digital filter at the stretch's first
-    sample: what the channel shows less what goes into the filter."""
 
 
 class AbstractEffect(eqx.Module):

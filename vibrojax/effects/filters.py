@@ -90,7 +90,7 @@ class ForceLag(AbstractChannelFault):
     summary: ClassVar[str] = "a force channel that is low-passed or late"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
-    own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0, carried=False),)
+    own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0),)
     probe: ClassVar[Probe] = Probe(_lags, delay="lag")
 
     of_channel: ClassVar[str] = "impact_force"
@@ -146,7 +146,7 @@ class SensorHighPass(AbstractChannelFault):
     summary: ClassVar[str] = "a force cell or accelerometer that is AC coupled or discharges"
     equation: ClassVar[str] = "r_i = a (r_(i-1) + x_i - x_(i-1)),  a = exp(-dt/tau)"
     source: ClassVar[str] = "Gautschi 2002"
-    own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="charge", unit=UNIT_OF_CHANNEL, scale=100.0, carried=False),)
+    own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="charge", unit=UNIT_OF_CHANNEL, scale=100.0),)
     probe: ClassVar[Probe] = Probe(_high_passes)
 
     time_constant: Value = parameter("τ_s", "s", start=1.0, lower=1e-6, upper=1e6, meaning="time constant of the discharge")
@@ -196,7 +196,7 @@ class RecorderLowPass(AbstractEffect):
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) x_i in every channel,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = tuple(
-        OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]], carried=False) for channel in EVERY_CHANNEL
+        OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]]) for channel in EVERY_CHANNEL
     )
     """Memory of the filter of every channel that a recorder can have, whether it is recorded or not."""
     probe: ClassVar[Probe] = Probe(_low_passes)
@@ -230,7 +230,7 @@ def _own_states(effect: "RecorderFilter") -> tuple[OwnState, ...]:
     """The filter's memory: real and imaginary part of each pair of poles, and of a real pole, twice where a pair counts."""
     unit = UNITS[effect.of_channel]
     names = (f"{effect.of_channel} {effect.band} {effect.corner_hz:.9g} Hz {place + 1}" for place in range(effect.order))
-    return tuple(OwnState(name=name, unit=unit, scale=_SIZES[unit], carried=False) for name in names)
+    return tuple(OwnState(name=name, unit=unit, scale=_SIZES[unit]) for name in names)
 
 
 class RecorderFilter(AbstractEffect):

@@ -48,17 +48,15 @@ class Fit:
 
     Attributes:
         model: at the best values.
-        parameters: those with a standard error.
+        parameters: those with a standard error; every draw keeps the model's value of the others.
         centre: best values, internal coordinates.
         covariance: in internal coordinates.
-        held: parameters without a standard error; every draw keeps the model's value.
     """
 
     model: Model
     parameters: tuple[Parameter, ...]
     centre: Float[np.ndarray, " parameter"]
     covariance: Float[np.ndarray, "parameter parameter"]
-    held: tuple[str, ...]
 
     def draw(self, count: int, *, seed: int) -> Draws:
         """Draw parameter values; what lies outside the range of a parameter is drawn again.
@@ -110,7 +108,6 @@ def read_fit(folder: Path) -> Fit:
         parameters=parameters,
         centre=np.array([p.to_internal(best[p.name]) for p in parameters]),
         covariance=matrix[np.ix_(index, index)] * np.outer(spread, spread),
-        held=tuple(name for name in values if name not in chosen),
     )
 
 

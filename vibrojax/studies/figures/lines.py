@@ -27,14 +27,9 @@ def label(data: xr.Dataset, name: str, scale: str = "") -> str:
     return (SYMBOLS.get(name) or str(part.attrs["long_name"])) + ("" if unit == "1" else f" ({unit})")
 
 
-def natural_frequency(data: xr.Dataset) -> float | None:
-    """f_n of the study's model, Hz; None where its suspension has none."""
-    return json.loads(data.attrs.get("model", "{}")).get("suspension", {}).get("natural_frequency_hz")
-
-
 def add_ratio_axis(axes: Axes, data: xr.Dataset, name: str) -> None:
-    """Omega/omega along the top of a panel whose abscissa is the excitation frequency in Hz."""
-    f_n = natural_frequency(data)
+    """Omega/omega along the top of a panel whose abscissa is the excitation frequency in Hz, where the model has a natural frequency."""
+    f_n = json.loads(data.attrs.get("model", "{}")).get("suspension", {}).get("natural_frequency_hz")
     if f_n and name == "frequency_hz":
         axes.secondary_xaxis("top", functions=(lambda f: np.asarray(f) / f_n, lambda r: np.asarray(r) * f_n)).set_xlabel(RATIO)
 
