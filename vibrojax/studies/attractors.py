@@ -132,18 +132,13 @@ def _groups(lanes: Sections) -> Iterator[np.ndarray]:
             near = orbit_distance(orbits, orbits[0]) < SAME
             yield left[near]
             left = left[~near]
-    wild = through & ~repeats & is_chaotic(lanes)
+    wild = through & ~repeats & (lanes.kind == APERIODIC) & (np.nan_to_num(lanes.lyapunov, nan=0.0) > CHAOS)
     if wild.any():
         index = np.flatnonzero(wild)
         pieces = _pieces(lanes.points[index])
         yield from (index[pieces == number] for number in range(pieces.max() + 1))
     if (rest := through & ~repeats & ~wild).any():
         yield np.flatnonzero(rest)
-
-
-def is_chaotic(lanes: Sections) -> np.ndarray:
-    """Whether a lane that does not repeat has an exponent above zero."""
-    return (lanes.kind == APERIODIC) & (np.nan_to_num(lanes.lyapunov, nan=0.0) > CHAOS)
 
 
 def _pieces(points: np.ndarray) -> np.ndarray:
