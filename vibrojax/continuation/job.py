@@ -120,7 +120,6 @@ def borders_and_write(
     bounds: tuple[Bounds, Bounds],
     folder: Path,
     *,
-    landing: Landing | None = None,
     tail: str = "",
     look: FigureStyle = SCREEN,
     progress: Callable[[str], None] = lambda stage: None,
@@ -132,7 +131,6 @@ def borders_and_write(
         along: name of the second parameter.
         bounds: of the branch's parameter and of the second one, SI.
         folder: that exists.
-        landing: the integrator.
         tail: of the files' names.
         look: sizes of the figure.
         progress: called with each stage.
@@ -140,7 +138,7 @@ def borders_and_write(
     Returns:
         The borders, and a sentence on each special point from which none could be followed.
     """
-    found, lost = borders(branch, along, bounds, landing=landing, progress=progress)
+    found, lost = borders(branch, along, bounds, progress=progress)
     if not found:
         return found, lost
     (folder / f"borders{tail}.csv").write_text(border_table(found), encoding="utf-8")
