@@ -27,6 +27,7 @@ from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
 from identification.diagnosis.look import Look, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, look
+from identification.diagnosis.next_experiment import Cause, next_experiment
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, is_twin, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
@@ -264,8 +265,8 @@ def _concluded(
     named = tuple(_asserted(found, step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
     asserted = {one.effect.name for one in named}
-    twins = {step.alternatives[0].name: [name for name in _twins(step) if name not in asserted] for step in found.steps}
-    ambiguous = {name: those for name, those in twins.items() if those} if verdict == MISSING else {}
+    twins = {step.alternatives[0].name: [one for one in _twins(step) if one.name not in asserted] for step in found.steps}
+    ambiguous = {name: [one.name for one in those] for name, those in twins.items() if those} if verdict == MISSING else {}
     location = None
     if verdict in (MISSING, UNLISTED, UNDECIDED):
         if (first := found.first) is not None:
@@ -302,7 +303,7 @@ def _concluded(
         augmented=shown_after,
         unrest=restless,
         reading_error=sensor_errors(after.fitted),
-        next_experiment="",
+        next_experiment=_next_experiment(experiment, found, twins, shown_after) if ambiguous else "",
         warnings=(*_warnings(found), *limit_warning(among)),
         seconds=course.seconds,
         ring_downs=ring_downs(experiment, (*shown_before.records, *shown_before.held_back), models),
@@ -377,10 +378,19 @@ def _probability(step: Step) -> float:
     return (1.0 - chance(best.best, best.degrees, best.tried)) * mine / sum(weights.values())
 
 
-def _twins(step: Step) -> list[str]:
+def _twins(step: Step) -> list[Alternative]:
     """Effects that the records cannot separate from the best: chance alone could have put these first, beside later effects if any."""
     best, *others = _rivals(step.beside_later or step.alternatives)
-    return [one.name for one in others if one.name != best.name and is_twin(one, best, step.look.fitted.local.samples)]
+    return [one for one in others if one.name != best.name and is_twin(one, best, step.look.fitted.local.samples)]
+
+
+def _next_experiment(experiment: Experiment, found: Search, twins: dict[str, list[Alternative]], side: Side) -> str:
+    """The record that would best tell the first effect with twins from them."""
+    step = next(step for step in found.steps if twins[step.alternatives[0].name])
+    best = step.alternatives[0]
+    named = found.final if step.beside_later else best.fitted
+    causes = {one.name: one.cause for one in twins[best.name] if one.cause is not None}
+    return next_experiment(experiment, Cause.of(named), causes, best.name, side.records) if named is not None else ""
 
 
 def _considered(found: Search) -> tuple[Considered, ...]:

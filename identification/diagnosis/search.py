@@ -12,6 +12,7 @@ import numpy as np
 from identification.diagnosis.augment import augmented, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
+from identification.diagnosis.next_experiment import Cause
 from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
@@ -63,6 +64,7 @@ class Alternative:
         drop: gain after that.
         held_back: gain on records that no fit has seen; 0 where there are none.
         refused: why it is not taken in; empty where it may be.
+        cause: the fitted model without its equations, of one that was not taken in; else None.
     """
 
     candidate: Candidate
@@ -74,6 +76,7 @@ class Alternative:
     drop: float | None = None
     held_back: float = 0.0
     refused: str = ""
+    cause: Cause | None = None
 
     @property
     def name(self) -> str:
@@ -257,8 +260,13 @@ def _step(
     kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
-    without_equations = [tuple(dataclasses.replace(one, fitted=None) for one in part) for part in (kept[1:], refused)]
+    without_equations = [tuple(map(_without_equations, part)) for part in (kept[1:], refused)]
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
+
+
+def _without_equations(one: Alternative) -> Alternative:
+    """An alternative of whose fit the model alone is kept."""
+    return dataclasses.replace(one, fitted=None, cause=None if one.fitted is None else Cause.of(one.fitted))
 
 
 def _judged(model: Fitted, tried: list[Alternative], judge: Judging, samples: int) -> list[Alternative]:
@@ -379,7 +387,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             raise OutOfBudgetError
         winner = best.alternatives[0] if best.alternatives else again
         if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, seen.fitted.local.samples):
-            asked_again = dataclasses.replace(step, beside_later=(dataclasses.replace(again, fitted=None), *best.alternatives[1:]))
+            asked_again = dataclasses.replace(step, beside_later=(_without_equations(again), *best.alternatives[1:]))
             steps = [asked_again if other is step else other for other in steps]
         elif _is_taken(winner):
             final, exchanged, steps = winner.fitted, True, [*(other for other in steps if other is not step), best]

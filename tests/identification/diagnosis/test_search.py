@@ -1,6 +1,7 @@
 """The course of a search, with the gains of its candidates made to order; and limits of it on request."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -212,6 +213,24 @@ def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed
     assert [one.fitted is None for one in step.alternatives] == [False, True]
 
 
+def test_of_a_twin_the_model_is_kept_and_says_what_to_record_next(seen, weighed, monkeypatch):
+    weighed(second_mode=900.0, coulomb_friction=890.0)
+    step = module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    assert [(one.name, one.fitted is None, one.cause is None) for one in step.alternatives] == [
+        ("second_mode", False, True),
+        ("coulomb_friction", True, False),
+    ]
+    asked = []
+    monkeypatch.setattr(diagnose, "next_experiment", lambda *given: asked.append(given) or "one more")
+    final = step.alternatives[0].fitted
+    found = Search(nominal=seen.fitted, final=final, steps=(step,), last=None, finished=True)
+    side = SimpleNamespace(records=("with their predictions",))
+    assert diagnose._next_experiment("the rig", found, {"second_mode": diagnose._twins(step)}, side) == "one more"
+    experiment, named, twins, name, records = asked[0]
+    assert (experiment, named.at is final.at, name, records) == ("the rig", True, "second_mode", ("with their predictions",))
+    assert twins == {"coulomb_friction": step.alternatives[1].cause}
+
+
 def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
     judge = Judge(held_back={"second_mode": -55.0, "coulomb_friction": 40.0})
@@ -268,7 +287,7 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
     assert sorted(names(found)) == sorted(expected)
     assert [step.alternatives[0].name for step in found.steps] == expected
     assert tried[:1] == [name for name, gain in others.items() if gain > 0.5 * 900.0 or refused]
-    assert diagnose._twins(found.steps[0]) == [name for name, gain in others.items() if gain == 890.0]
+    assert [one.name for one in diagnose._twins(found.steps[0])] == [name for name, gain in others.items() if gain == 890.0]
 
 
 def test_the_best_is_asked_and_what_chance_could_have_put_first(seen, weighed):
