@@ -20,7 +20,6 @@ from identification.diagnosis.diagnosis import (
     Asserted,
     Considered,
     Diagnosis,
-    Number,
     Side,
 )
 from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
@@ -37,7 +36,7 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, nominal_model
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
-from identification.result.result import OK
+from identification.result.result import OK, Number
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import is_largest

@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.experiment import Experiment
 from identification.result.evidence import Disagreement, Unrest
-from identification.result.result import RecordFit, SensorError
+from identification.result.result import Number, RecordFit, SensorError
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
 from vibrojax.effects import AbstractEffect
@@ -19,17 +19,6 @@ LIMITED = "limited on request"
 """Begin of the warning of a diagnosis that did not look for all listed effects."""
 ADEQUATE, RESTLESS, MISSING, UNLISTED, UNDECIDED = "adequate", "restless", "missing", "unlisted", "undecided"
 _MISSING = " of what is missing ({self.quantity}) against {self.coordinate}"
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Number:
-    """An estimated parameter: SI value, standard error (None where it has no meaning), unit and symbol."""
-
-    name: str
-    symbol: str
-    unit: str
-    value: float
-    stderr: float | None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

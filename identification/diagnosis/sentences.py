@@ -4,8 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 
 from identification.diagnosis.decide import LEVEL
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Location, Number, Side
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Location, Side
 from identification.result.evidence import Unrest
+from identification.result.result import Number
 from identification.wording.names import spoken
 from identification.wording.numbers import joined, percent, rounded, significant, with_unit
 from vibrojax.effects import EFFECTS

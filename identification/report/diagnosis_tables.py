@@ -8,10 +8,11 @@ from collections.abc import Mapping, Sequence
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Considered, Diagnosis, Number
+from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Considered, Diagnosis
 from identification.report.tables import Table, reading_errors, shares
 from identification.report.verdict import RUN_MODEL
 from identification.result.evidence import Disagreement
+from identification.result.result import Number
 from identification.wording.names import coordinate_label, plain_name, spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, compact, grouped, joined, rounded, significant, unit_text, with_unit
 from vibrojax.channels import CHANNELS

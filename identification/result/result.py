@@ -45,8 +45,8 @@ class ParameterEstimate:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Derived:
-    """A quantity computed from the parameters, such as the damping c = 2 zeta omega_n m."""
+class Number:
+    """An estimated quantity: SI value, standard error (None where it has no meaning), unit and symbol."""
 
     name: str
     symbol: str
@@ -286,7 +286,7 @@ class FitResult:
     experiment: Experiment
     model: Model
     parameters: tuple[ParameterEstimate, ...]
-    derived: tuple[Derived, ...]
+    derived: tuple[Number, ...]
     correlation: np.ndarray = series("row", "column", words="correlation of the estimated parameters")
     correlated: tuple[str, ...]
     chi2_reduced: float

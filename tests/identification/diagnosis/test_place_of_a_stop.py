@@ -6,10 +6,11 @@ import io
 import pytest
 from rich.console import Console
 
-from identification.diagnosis.diagnosis import MISSING, Asserted, Number
+from identification.diagnosis.diagnosis import MISSING, Asserted
 from identification.diagnosis.sentences import sentences
 from identification.report import diagnosis_summary, write_diagnosis_report
 from identification.report.diagnosis_tables import changes
+from identification.result.result import Number
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import read
