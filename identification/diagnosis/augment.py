@@ -69,7 +69,7 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
 
 
 def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:
-    """A problem fitted from the estimate and the variances of another model alone.
+    """A problem fitted from the estimate and the variances of another model; prescribed motion and a rigid stop begin as `fit` says.
 
     Raises:
         NoConvergenceError: the equations became singular on the way.

@@ -36,7 +36,7 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, nominal_model
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
-from identification.result.result import OK, Number
+from identification.result.result import OK, Quantity
 from identification.trajectory.fit import Fitted, fit, polished
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import is_largest
@@ -272,6 +272,8 @@ def _concluded(
             free = _free(first) if found.steps else left
             effect = next((one.effect for one in named if one.effect.record is not None), named[0].effect if named else None)
             location = locate(first, shown_before.records, free, effect)
+    if ambiguous:
+        course.progress("simulating further records")
     restless = unrest(after.fitted, alpha=LEVEL)
     finished = found.finished
     models = {"nominal": shown_before.model} | ({} if after is before else {"augmented": shown_after.model})
@@ -326,11 +328,11 @@ def _side(one: LeftOut) -> Side:
     )
 
 
-def _numbers(fitted: Fitted) -> tuple[Number, ...]:
+def _numbers(fitted: Fitted) -> tuple[Quantity, ...]:
     """Every shared parameter with its standard error; None where it is not identifiable or at a bound."""
     table = estimates(fitted, uncertainty(fitted), {}, first={}, profiled=False)
     return tuple(
-        Number(
+        Quantity(
             name=one.spec.name,
             symbol=one.spec.symbol,
             unit=one.spec.unit,
@@ -351,7 +353,7 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     if own:
         unit = unit_in(next(p.unit for p in effect.parameters if p.per_record), effect.channel)
         size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
-        numbers.append(Number(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
+        numbers.append(Quantity(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
     gaps = {record.gap for record in fitted.problem.experiment.records}
     return Asserted(
         effect=effect,
@@ -384,7 +386,7 @@ def _twins(step: Step) -> list[Alternative]:
 
 
 def _next_experiment(experiment: Experiment, found: Search, twins: dict[str, list[Alternative]], side: Side) -> str:
-    """The record that would best tell the first effect with twins from them."""
+    """The record that would best separate the first effect with twins from those of which the fitted model was kept."""
     step = next(step for step in found.steps if twins[step.alternatives[0].name])
     best = step.alternatives[0]
     named = found.final if step.beside_later else best.fitted

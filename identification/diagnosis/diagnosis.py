@@ -7,7 +7,7 @@ import numpy as np
 
 from identification.experiment import Experiment
 from identification.result.evidence import Disagreement, Unrest
-from identification.result.result import Number, RecordFit, SensorError
+from identification.result.result import Quantity, RecordFit, SensorError
 from identification.result.ring_down import RingDowns
 from identification.result.store import series
 from vibrojax.effects import AbstractEffect
@@ -34,16 +34,16 @@ class Asserted:
 
     effect: AbstractEffect
     probability: float
-    parameters: tuple[Number, ...]
+    parameters: tuple[Quantity, ...]
     gap: float | None = None
 
     @property
-    def reported(self) -> tuple[Number, ...]:
+    def reported(self) -> tuple[Quantity, ...]:
         """The parameters as reported: a position relative to the gap as set is given on the axis of u, if all records have the same gap."""
         symbols = {p.name: p.from_gap for p in self.effect.parameters if p.from_gap} if self.gap is not None else {}
         return tuple(self._place(one, symbols[one.name]) if one.name in symbols else one for one in self.parameters)
 
-    def _place(self, one: Number, symbol: str) -> Number:
+    def _place(self, one: Quantity, symbol: str) -> Quantity:
         return dataclasses.replace(one, name="position_of_the_stop", symbol=symbol, value=(self.gap or 0.0) + one.value)
 
 
@@ -170,7 +170,7 @@ class Side:
     """
 
     model: Model
-    parameters: tuple[Number, ...]
+    parameters: tuple[Quantity, ...]
     chi2_reduced: float
     held_out_nrmse: float
     records: tuple[RecordFit, ...]

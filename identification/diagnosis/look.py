@@ -26,7 +26,9 @@ from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
 _COLUMNS = 24
-"""Columns that are scored together: as many as the memory of a few linearisations holds."""
+"""Columns that are scored together, in each thread: as many as the memory of a few linearisations holds."""
+_MOST_THREADS = 4
+"""Candidates that are scored or weighed side by side, each with copies of the linearisation."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -185,7 +187,7 @@ def all_weighed_anew(seen: Look, candidates: Sequence[Candidate]) -> list[Reesti
         except np.linalg.LinAlgError:
             return None
 
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), _MOST_THREADS)) as threads:
         return list(threads.map(one, candidates))
 
 
@@ -223,7 +225,7 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
         if sum(len(one.signals) for one in batches[-1]) >= _COLUMNS:
             batches.append([])
         batches[-1].append(candidate)
-    with ThreadPoolExecutor(os.cpu_count()) as threads:
+    with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), _MOST_THREADS)) as threads:
         found = [one for batch in threads.map(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)) for one in batch]
     return tuple(sorted(found, key=lambda one: -one.gain))
 

@@ -1,8 +1,8 @@
-"""Which further record would tell causes apart that the present ones do not separate, and by how many standard errors.
+"""Which further record would separate causes that the present ones do not, and by how many standard errors.
 
-Records that the rig can make are simulated with either cause in the model. Their distance counts after everything that is not known has
-made them as alike as it can: the parameters of both models within the covariances of their fits, the new record's initial state and its
-drive. Errors of the new record are as large, and last as long, as those that the named model leaves in the present records.
+Free decays, drop tests and driven records are simulated with either cause. Their distance counts after everything that is not known has
+made them as alike as it can: the parameters of both models within the covariances of their fits, and the new record's initial state,
+drive and gap. Its errors are as large, and last as long, as those that the named model leaves in the present records.
 
 Source: W. G. Hunter, A. M. Reiner, Designs for discriminating between two rival models, Technometrics 7 (1965) 307-323.
 """
@@ -11,38 +11,40 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
+from scipy.signal import correlate
 
 from identification.experiment import Experiment
+from identification.guesses.motion import driving_channels
 from identification.result.result import RecordFit
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate
+from identification.trajectory.segments import GAP_PRIOR_STD_M, at_ceiling
 from identification.trajectory.start import Problem
 from identification.wording.names import plain_name
 from identification.wording.numbers import joined, significant, with_unit
 from vibrojax.channels import channels
+from vibrojax.compiling import soon_compiled
 from vibrojax.excitation import Harmonic, Unforced
-from vibrojax.integrate import SUCCESS
-from vibrojax.integrate.landing import landing_for
+from vibrojax.integrate import SUCCESS, Landing
+from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 
 _FACTORS = (0.5, 0.8, 1.25, 2.0)
-"""By which amplitude, frequency, gap and release are changed."""
-_PERIODS, _SAMPLES = 12, 1200
-"""Length of a new record, in periods of the slower of suspension and drive, and the samples that are compared."""
-_FLIGHT_STEPS = 60
-"""In a period of the fastest vibration."""
-_CLEAR = 1e3
-"""Gap of a record without impacts, over the largest displacement."""
+"""By which an amplitude, a frequency, a gap or a release is changed: what a rig most likely allows."""
+_PERIODS, _PERIODS_WITH_IMPACTS = 12.0, 4.0
+"""Of the slower of suspension and drive that are compared; behind more impacts a small change does not act in proportion any more."""
+_MOST_SAMPLES, _LANES = 8000, 64
+"""Of a record, which a longer one is thinned to; records that are integrated side by side."""
 _UNKNOWN = 0.1
-"""Standard deviation of a new record's initial state and drive, over their size."""
-_STEP = 0.1
+"""Standard deviation of a new record's initial state and amplitude over their size, and of its phase in rad, as one sets them by hand."""
+_STEP = 0.01
 """Of the difference quotients, in standard deviations."""
 _SEPARATED, _FAR = 3.0, 100.0
-"""Standard errors from which two causes are told apart, and beyond which their number says no more."""
+"""Standard errors from which two causes are separated, as a rule, and beyond which their number says no more."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -51,12 +53,12 @@ class Cause:
 
     Attributes:
         problem, at: as fitted.
-        root: standard deviations of the shared parameters, in independent directions; (parameters, directions).
+        root: standard deviations of the shared parameters, in independent directions.
     """
 
     problem: Problem
     at: Estimate
-    root: np.ndarray
+    root: Float[np.ndarray, "parameters directions"]
 
     @classmethod
     def of(cls, fitted: Fitted) -> "Cause":
@@ -66,33 +68,51 @@ class Cause:
         root = fitted.problem.border.shared_scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
         return cls(problem=fitted.problem, at=fitted.at, root=root[:, values > 0.0])
 
+    @property
+    def is_of_any_record(self) -> bool:
+        """Whether its effects act in a further record as in the present ones: none is at home in one, or has numbers of its own in each."""
+        effects = self.problem.model.effects
+        return not any(effect.record is not None or any(p.per_record for p in effect.parameters) for effect in effects)
+
     def models(self) -> list[Model]:
-        """The model, and those a part of a standard deviation off in each direction."""
-        border = self.problem.border
-        shared = [self.at.shared, *(self.at.shared + _STEP * self.root.T)]
-        moved = [dataclasses.replace(self.at, shared=np.clip(one, border.lower, border.upper)) for one in shared]
-        return [self.problem.model_at(one) for one in moved]
+        """The model, and those a part of a standard deviation off in each direction, to the side that the bounds leave."""
+        border, shared = self.problem.border, [self.at.shared]
+        for step in _STEP * self.root.T:
+            sides = [self.at.shared + step, self.at.shared - step]
+            inside = [bool(np.all((one >= border.lower) & (one <= border.upper))) for one in sides]
+            shared.append(sides[0] if inside[0] or not inside[1] else sides[1])
+        limited = [np.clip(one, border.lower, border.upper) for one in shared]
+        return [self.problem.model_at(dataclasses.replace(self.at, shared=one)) for one in limited]
 
 
-class Wish(NamedTuple):
-    """A further record: gap, amplitude and frequency of the cart, release of the hammer, SI; and its description."""
+class Proposal(NamedTuple):
+    """A further record, SI: gap, drive, release of the hammer, how many periods of the slower vibration count; and its description."""
 
     gap: float
     amplitude: float
     frequency: float
+    phase: float
     u: float
     v: float
+    periods: float
     text: str
 
-    def moved(self) -> list["Wish"]:
-        """The same record with its initial state, and its drive, a part of their standard deviation off."""
+    def moved(self) -> list["Proposal"]:
+        """The same record with its initial state, drive and gap a part of their standard deviations off, one by one."""
         part = _STEP * _UNKNOWN * max(self.amplitude, abs(self.u))
-        drive = self._replace(amplitude=self.amplitude + part) if self.amplitude else self
-        return [self._replace(u=self.u + part), self._replace(v=self.v + 2.0 * np.pi * self.frequency * part), drive]
+        return [
+            self._replace(u=self.u - part),
+            self._replace(v=self.v - 2.0 * np.pi * self.frequency * part),
+            self._replace(amplitude=self.amplitude + (part if self.amplitude else 0.0)),
+            self._replace(phase=self.phase + _STEP * _UNKNOWN),
+            self._replace(gap=self.gap + _STEP * GAP_PRIOR_STD_M),
+        ]
 
 
 def next_experiment(experiment: Experiment, named: Cause, twins: Mapping[str, Cause], name: str, records: tuple[RecordFit, ...]) -> str:
-    """The record that would best tell a named cause from all its twins, in a sentence; empty where no record can be thought of.
+    """The record that would best separate a named cause from all its twins, in a sentence; empty where none can be proposed.
+
+    None can for a hammer without a spring, and for causes that act in one record, or differently in each.
 
     Args:
         experiment: as loaded.
@@ -101,95 +121,137 @@ def next_experiment(experiment: Experiment, named: Cause, twins: Mapping[str, Ca
         name: of the first cause.
         records: with their predictions by the named model.
     """
-    wishes, errors = list(_wishes(experiment, named, records)), _errors(records)
-    if not wishes or not twins or not errors:
+    twins = {twin: cause for twin, cause in twins.items() if cause.is_of_any_record}
+    proposals, errors = list(_proposals(experiment, named, records)), _errors(experiment, records)
+    if not proposals or not twins or not errors or not named.is_of_any_record:
         return ""
-    apart = np.min([_separation(wishes, named, twin, errors) for twin in twins.values()], axis=0)
-    if not np.isfinite(apart).any():
+    distances = np.min([separation(proposals, named, twin, errors, _sampling(experiment)) for twin in twins.values()], axis=0)
+    if not np.isfinite(distances).any():
         return ""
-    best = int(np.nanargmax(apart))
+    best = int(np.nanargmax(distances))
     both = f"{plain_name(name)} from {joined([plain_name(one) for one in twins])}"
-    sigma = f"{significant(float(apart[best]), 2)} standard errors" if apart[best] < _FAR else f"more than {_FAR:g} standard errors"
-    if apart[best] < _SEPARATED:
-        return f"Of {len(wishes)} further records that were simulated none would tell {both} by more than {sigma}."
-    return f"{wishes[best].text} would tell {both} by {sigma}."
+    farthest = float(distances[best])
+    sigma = f"{significant(farthest, 2)} standard errors" if farthest < _FAR else f"more than {_FAR:g} standard errors"
+    if farthest < _SEPARATED:
+        return f"Of {len(proposals)} further records that were simulated none would separate {both} by more than {sigma}."
+    return f"{proposals[best].text} would separate {both} by {sigma}."
 
 
-def _wishes(experiment: Experiment, named: Cause, records: tuple[RecordFit, ...]) -> Iterator[Wish]:
-    """Records with another drive, gap or release than the present ones; none of a hammer without a spring."""
+def _proposals(experiment: Experiment, named: Cause, records: tuple[RecordFit, ...]) -> Iterator[Proposal]:
+    """Free decays and drop tests from some amplitudes, and changes of the first driven record; none of a hammer without a spring."""
     f_n = named.problem.values(named.at).get("f_n", 0.0)
-    largest = max(float(np.nanmax(np.abs(one.relative_displacement))) for one in records)
+    largest = float(np.nan_to_num(np.abs(np.concatenate([one.relative_displacement for one in records]))).max())
     if not f_n > 0.0 or not largest > 0.0:
         return
-    for factor in (1.0, *_FACTORS):
+    for factor in (0.5, 1.0, 2.0):
         u = -factor * largest
-        yield Wish(_CLEAR * largest, 0.0, f_n, u, 0.0, f"A free decay from {_metres(-u)} without impacts")
-        for gap in sorted({one.gap for one in experiment.records if one.gap < largest}):
-            yield Wish(gap, 0.0, f_n, u, 0.0, f"A drop test from {_metres(-u)} behind rest, with a gap of {_metres(gap)},")
+        yield Proposal(1e3 * largest, 0.0, f_n, 0.0, u, 0.0, _PERIODS, f"A free decay from {_millimetres(-u)} without impacts")
+        for gap in sorted({one.gap for one in experiment.records if 0.0 <= one.gap < largest})[:2]:
+            text = f"A drop test from {_millimetres(-u)} behind rest, with a gap of {_millimetres(gap)},"
+            yield Proposal(gap, 0.0, f_n, 0.0, u, 0.0, _PERIODS_WITH_IMPACTS, text)
     for one in [one for one in records if any(n.name == "base_amplitude" for n in one.nuisances)][:1]:
         driven = next(record for record in experiment.records if record.file == one.file)
         amplitude, hz = next(n.value for n in one.nuisances if n.name == "base_amplitude"), driven.excitation_frequency or 0.0
-        changes = [(a, b, 1.0) for a in (1.0, *_FACTORS) for b in (1.0, *_FACTORS[1:3])] + [(1.0, 1.0, c) for c in _FACTORS]
-        for a, b, c in changes[1:]:
-            wish = Wish(c * driven.gap, a * amplitude, b * hz, 0.0, 0.0, "")
-            drive = f"{with_unit(significant(wish.frequency), 'Hz')}, with an amplitude of {_metres(wish.amplitude)}"
-            yield wish._replace(text=f"A record at {drive} and a gap of {_metres(wish.gap)},")
+        changes = [(a, 1.0, 1.0) for a in _FACTORS] + [(1.0, b, 1.0) for b in _FACTORS] + [(1.0, 1.0, c) for c in _FACTORS]
+        for a, b, c in changes if hz > 0.0 and driven.gap >= 0.0 else ():
+            drive = f"{with_unit(significant(b * hz), 'Hz')} from rest, with an amplitude of {_millimetres(a * amplitude)}"
+            text = f"A record at {drive} and a gap of {_millimetres(c * driven.gap)},"
+            yield Proposal(c * driven.gap, a * amplitude, b * hz, 0.0, 0.0, 0.0, _PERIODS_WITH_IMPACTS, text)
 
 
-def _metres(value: float) -> str:
+def _millimetres(value: float) -> str:
     return with_unit(significant(1e3 * value), "mm")
 
 
-def _errors(records: tuple[RecordFit, ...]) -> dict[str, tuple[float, float]]:
-    """By channel: standard deviation of what the model leaves, and independent errors in a second."""
-    found = {}
-    for channel in {name for one in records for name in one.measured}:
-        left = [one.measured[channel] - one.predicted[channel] for one in records if channel in one.measured]
-        seconds = sum(float(one.time[-1] - one.time[0]) for one in records if channel in one.measured)
-        turns = sum(int(np.sum(e[:-1] * e[1:] < 0.0)) for e in left)
-        std = float(np.sqrt(np.nanmean(np.concatenate(left) ** 2)))
-        if std > 0.0 and turns:
-            found[channel] = (std, 2.0 * turns / seconds)  # white errors change their sign from every second sample to the next
+def _sampling(experiment: Experiment) -> float:
+    """Sampling interval of the present records, s."""
+    return float(np.median([np.median(np.diff(record.time)) for record in experiment.records]))
+
+
+def _errors(experiment: Experiment, records: tuple[RecordFit, ...]) -> dict[str, tuple[float, float]]:
+    """By channel that is compared: standard deviation of what the model leaves, and how many samples one independent error lasts."""
+    left: dict[str, list[np.ndarray]] = {}
+    for one in records:
+        inputs = driving_channels(next(record for record in experiment.records if record.file == one.file))
+        for channel in one.measured.keys() - inputs:
+            error = one.measured[channel] - one.predicted[channel]
+            kept = error[np.isfinite(error) & ~at_ceiling(one.measured[channel])]
+            left.setdefault(channel, []).extend([kept] if len(kept) else [])
+    return {
+        channel: (
+            float(np.sqrt(np.mean(np.concatenate(errors) ** 2))),
+            float(np.average([_lasting(e) for e in errors], weights=[*map(len, errors)])),
+        )
+        for channel, errors in left.items()
+        if errors and np.concatenate(errors).any()
+    }
+
+
+def _lasting(error: Float[np.ndarray, " samples"]) -> float:
+    """Samples that one independent error lasts: the integral of the autocorrelation up to where it first vanishes."""
+    products = correlate(error, error, method="fft")[len(error) - 1 :]
+    until = int(np.argmax(products <= 0.0)) or len(products)
+    return float(2.0 * products[:until].sum() / max(products[0], 1e-300) - 1.0)
+
+
+def separation(
+    proposals: list[Proposal], named: Cause, twin: Cause, errors: Mapping[str, tuple[float, float]], sampling: float
+) -> Float[np.ndarray, " proposals"]:
+    """Standard errors by which each record separates two causes; NaN where a motion cannot be integrated.
+
+    Args:
+        proposals: the records.
+        named: one cause.
+        twin: the other one.
+        errors: by channel, standard deviation and samples that one independent error lasts.
+        sampling: interval between samples, s.
+    """
+    f_n = named.problem.values(named.at)["f_n"]
+    every = max(1, int(np.ceil(_PERIODS / f_n / sampling / _MOST_SAMPLES)))
+    time = every * sampling * np.arange(int(_PERIODS / f_n / (every * sampling)))
+    per_error = {channel: std * np.sqrt(max(lasting / every, 1.0)) for channel, (std, lasting) in errors.items()}
+    a, b = (_simulated(one.models(), proposals, per_error, time) for one in (named, twin))
+    moved = [_simulated(named.models()[:1], some, per_error, time)[0] for some in zip(*(one.moved() for one in proposals), strict=True)]
+    slopes = np.concatenate([a[1:] - a[0], b[1:] - b[0], moved - a[0]]) / _STEP
+    found = np.full(len(proposals), np.nan)
+    for place, (one, distance) in enumerate(zip(proposals, a[0] - b[0], strict=True)):
+        counted = np.tile(time < one.periods / min(one.frequency, f_n), len(errors))
+        slope, distance = slopes[:, place, counted], distance[counted]
+        if np.isfinite(slope).all() and np.isfinite(distance).all():
+            across = slope @ distance
+            residual = distance @ distance - across @ np.linalg.solve(slope @ slope.T + np.eye(len(across)), across)
+            found[place] = np.sqrt(max(residual, 0.0))
     return found
 
 
-def _separation(wishes: list[Wish], named: Cause, twin: Cause, errors: Mapping[str, tuple[float, float]]) -> np.ndarray:
-    """Standard errors by which each record tells two causes apart; NaN where a motion cannot be integrated; (wishes,)."""
-    a, b = (_simulated(one.models(), wishes, errors) for one in (named, twin))
-    moved = [_simulated(named.models()[:1], records, errors)[0] for records in zip(*(wish.moved() for wish in wishes), strict=True)]
-    columns = np.concatenate([a[1:] - a[0], b[1:] - b[0], moved - a[0]]) / _STEP
-    found = np.full(len(wishes), np.nan)
-    for place, apart in enumerate(a[0] - b[0]):
-        known = columns[:, place]
-        if np.isfinite(known).all() and np.isfinite(apart).all():
-            across = known @ apart
-            left = apart @ apart - across @ np.linalg.solve(known @ known.T + np.eye(len(across)), across)
-            found[place] = np.sqrt(max(left, 0.0))
-    return found
+def _simulated(
+    models: Sequence[Model], proposals: Sequence[Proposal], per_error: Mapping[str, float], time: np.ndarray
+) -> Float[np.ndarray, "models proposals values"]:
+    """Readings in every record, each channel over its error and one behind the other."""
+    systems, states = [], []
+    for model in models:
+        for one in proposals:
+            base = Harmonic(base_amplitude=one.amplitude, base_phase=one.phase, frequency_hz=one.frequency)
+            systems.append(model.in_record(lambda file: 0.0).system(gap=one.gap, base=base, applied=Unforced()))
+            states.append([one.u, one.v] + [0.0] * systems[-1].own_size)
+    fastest = max(float(models[0].values()["f_n"]), *(one.frequency for one in proposals))
+    step = float(flight_step(models[0].effects, fastest, a_period=60.0, an_own_period=24.0))
+    capacity = 1000 * int(np.ceil((2.0 * time[-1] / step + 100.0 * fastest * time[-1] * 2.0) / 1000 + 1))
+    integrator = Landing(flight_step=jnp.asarray(step), most_steps=capacity)
+    stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf, float) for leaf in leaves]), *systems)
+    found = []
+    for begin in range(0, len(systems), _LANES):
+        lanes = np.resize(np.arange(begin, min(begin + _LANES, len(systems))), _LANES)
+        part = jax.tree.map(lambda leaf, lanes=lanes: jnp.asarray(leaf[lanes]), stacked)
+        readings, result = _readings(integrator, part, jnp.asarray(time), jnp.asarray(np.array(states)[lanes]))
+        values = np.concatenate([np.asarray(readings[channel]) / error for channel, error in per_error.items()], axis=1)
+        found.append(np.where(np.asarray(result)[:, None] == SUCCESS, values, np.nan)[: len(systems) - begin])
+    return np.concatenate(found).reshape(len(models), len(proposals), -1)
 
 
-def _simulated(models: Sequence[Model], wishes: Sequence[Wish], errors: Mapping[str, tuple[float, float]]) -> np.ndarray:
-    """Readings in every record, each channel over its standard error and side by side; (models, wishes, channels samples)."""
-    pairs = [(model, wish) for model in models for wish in wishes]
-    f_n = float(models[0].values()["f_n"])
-    systems, times, states = [], [], []
-    for model, wish in pairs:
-        base = Harmonic(base_amplitude=wish.amplitude, base_phase=0.0, frequency_hz=wish.frequency)
-        systems.append(model.in_record(lambda file: 0.0).system(gap=wish.gap, base=base, applied=Unforced()))
-        times.append(np.linspace(0.0, _PERIODS / min(wish.frequency, f_n), _SAMPLES))
-        states.append([wish.u, wish.v] + [0.0] * systems[-1].own_size)
-    fastest = max(f_n, *(wish.frequency for wish in wishes))
-    integrator = landing_for(models[0].effects, fastest, flight_steps=_FLIGHT_STEPS)
-    stacked = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, float) for leaf in leaves]), *systems)
-    readings, result = _readings(integrator, stacked, jnp.asarray(np.stack(times)), jnp.asarray(np.array(states)))
-    length = np.array([time[-1] for time in times])[:, None]
-    weighed = [np.asarray(readings[name]) / std * np.sqrt(rate * length / _SAMPLES) for name, (std, rate) in errors.items()]
-    found = np.where(np.asarray(result)[:, None] == SUCCESS, np.concatenate(weighed, axis=1), np.nan)
-    return found.reshape(len(models), len(wishes), -1)
-
-
-@eqx.filter_jit
-def _readings(integrator, systems, times, states):
-    path = integrator.batch(systems, times, states, jnp.full(len(times), times.shape[1]))
+@soon_compiled
+def _readings(integrator, systems, time, states):
+    times = jnp.broadcast_to(time, (len(states), len(time)))
+    path = integrator.batch(systems, times, states, jnp.full(len(states), len(time)))
     lanes = dataclasses.replace(path, steps=jnp.broadcast_to(path.steps, path.result.shape))
     return jax.vmap(channels)(systems, lanes), path.result

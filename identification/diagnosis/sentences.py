@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, Asserted, Location, Side
 from identification.result.evidence import Unrest
-from identification.result.result import Number
+from identification.result.result import Quantity
 from identification.wording.names import spoken
 from identification.wording.numbers import joined, percent, rounded, significant, with_unit
 from vibrojax.effects import EFFECTS
@@ -134,7 +134,7 @@ def _places(one: Asserted) -> list[str]:
     return [text for text in (spoken(channel) if channel else None, one.effect.record) if text]
 
 
-def _number(p: Number) -> str:
+def _number(p: Quantity) -> str:
     return f"{p.symbol} = {with_unit(rounded(p.value, p.stderr).text, p.unit)}"
 
 

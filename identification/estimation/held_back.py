@@ -50,7 +50,8 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
     problem = dataclasses.replace(problem, border=held, start=dataclasses.replace(problem.start, shared=shared))
     begin = _begin(fitted, problem)
-    return fit(problem, begin=begin, both=begin is None, progress=progress)
+    found = fit(problem, begin=begin, both=begin is None, progress=progress)
+    return found if found.converged or begin is None else fit(problem, begin=begin, progress=progress)
 
 
 def _begin(fitted: Fitted, held_back: Problem) -> Variances | None:

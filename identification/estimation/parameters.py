@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.special import chdtrc, chdtri, ndtri
 
 from identification.result.evidence import Disagreement, Unrest, chance_of_force
-from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, Number, ParameterEstimate, SensorError
+from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, ParameterEstimate, Quantity, SensorError
 from identification.trajectory.elimination import solve
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness
@@ -187,20 +187,20 @@ def _why_not(fitted: Fitted, name: str) -> str:
     return "its standard error is larger than a factor of e, or than 1 where it is not estimated by its logarithm"
 
 
-def derived(fitted: Fitted, spread: Uncertainty) -> tuple[Number, ...]:
+def derived(fitted: Fitted, spread: Uncertainty) -> tuple[Quantity, ...]:
     """Stiffness k = m omega_n^2 and damping c = 2 zeta omega_n m, with errors to first order."""
     problem, values = fitted.problem, fitted.problem.values(fitted.at)
     if "f_n" not in values:
         return ()
     mass, omega = values.get("m", problem.experiment.mass), 2 * np.pi * values["f_n"]
 
-    def row(name: str, value: float, slopes: dict[str, float]) -> Number:
+    def row(name: str, value: float, slopes: dict[str, float]) -> Quantity:
         vector = np.zeros(len(values))
         at = {problem.unknowns.index(key): slope for key, slope in slopes.items() if key in values}
         vector[list(at)] = list(at.values())
         settled_all = all(spread.known[i] or (spread.identifiable[i] and not problem.border.shared[i]) for i in at)
         stderr = float(value * np.sqrt(vector @ spread.covariance @ vector)) if settled_all else None
-        return Number(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
+        return Quantity(name=name, symbol=name, unit=DERIVED[name], value=float(value), stderr=stderr)
 
     return (
         row("k", mass * omega**2, {"f_n": 2.0, "m": 1.0}),

@@ -12,7 +12,7 @@ from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDE
 from identification.report.tables import Table, reading_errors, shares
 from identification.report.verdict import RUN_MODEL
 from identification.result.evidence import Disagreement
-from identification.result.result import Number
+from identification.result.result import Quantity
 from identification.wording.names import coordinate_label, plain_name, spoken, symbol_text
 from identification.wording.numbers import NONE, chance_text, compact, grouped, joined, rounded, significant, unit_text, with_unit
 from vibrojax.channels import CHANNELS
@@ -170,7 +170,7 @@ def changes(diagnosis: Diagnosis) -> Table:
     return table if diagnosis.is_augmented else table.without("augmented", "shift")
 
 
-def _as_stated(diagnosis: Diagnosis) -> list[Number]:
+def _as_stated(diagnosis: Diagnosis) -> list[Quantity]:
     """Parameters of the augmented model, those of asserted effects in the form in which they are stated."""
     reported = {
         f"{one.effect.name}.{as_estimated.name}": dataclasses.replace(as_reported, name=f"{one.effect.name}.{as_reported.name}")
@@ -180,11 +180,11 @@ def _as_stated(diagnosis: Diagnosis) -> list[Number]:
     return [reported.get(one.name, one) for one in diagnosis.augmented.parameters]
 
 
-def _value(one: Number | None) -> str:
+def _value(one: Quantity | None) -> str:
     return NONE if one is None else rounded(one.value, one.stderr).text
 
 
-def _shift(before: Number | None, after: Number | None) -> str:
+def _shift(before: Quantity | None, after: Quantity | None) -> str:
     """After less before over the standard error that the nominal fit states; one that rounds to nothing is "none"."""
     if before is None:
         return "new"

@@ -45,7 +45,7 @@ class ParameterEstimate:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Number:
+class Quantity:
     """An estimated quantity: SI value, standard error (None where it has no meaning), unit and symbol."""
 
     name: str
@@ -286,7 +286,7 @@ class FitResult:
     experiment: Experiment
     model: Model
     parameters: tuple[ParameterEstimate, ...]
-    derived: tuple[Number, ...]
+    derived: tuple[Quantity, ...]
     correlation: np.ndarray = series("row", "column", words="correlation of the estimated parameters")
     correlated: tuple[str, ...]
     chi2_reduced: float

@@ -12,8 +12,8 @@ from identification.result.result import (
     OK,
     FitResult,
     Nuisance,
-    Number,
     ParameterEstimate,
+    Quantity,
     RecordFit,
     SensorError,
 )
@@ -79,7 +79,7 @@ def made_result(
         experiment=_experiment(records),
         model=MODEL,
         parameters=tuple(_estimate(p) for p in MODEL.parameters),
-        derived=(Number(name="k", symbol="k", unit="N/m", value=710.6, stderr=0.5),),
+        derived=(Quantity(name="k", symbol="k", unit="N/m", value=710.6, stderr=0.5),),
         correlation=matrix,
         correlated=tuple(names),
         chi2_reduced=float(counted.mean()),

@@ -77,3 +77,17 @@ def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
     assert begun == [True]
     augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, expected=9.0)
     assert begun == [True, True, False]
+
+
+def test_a_continued_fit_begins_with_the_estimate_and_the_variances_of_the_model_beside(seen, monkeypatch):
+    given = []
+
+    def fit(problem, **options):
+        given.append(options)
+        return seen.fitted
+
+    monkeypatch.setattr(augment, "fit", fit)
+    beside = dataclasses.replace(seen.fitted, of_readings=True)
+    found = augment.continued(seen.fitted.problem, seen.fitted.at, beside, lambda line: None)
+    assert found.of_readings
+    assert (given[0]["at"], given[0]["begin"], given[0]["both"]) == (seen.fitted.at, beside.variances, False)

@@ -4,31 +4,48 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.signal import StateSpace, lsim
+from scipy.signal import StateSpace, lfilter, lsim
 
 from identification.diagnosis import next_experiment as module
-from identification.diagnosis.next_experiment import Cause, Wish, next_experiment
+from identification.diagnosis.next_experiment import Cause, Proposal, next_experiment, separation
 from identification.estimation.prediction import record_fits
 from identification.trajectory.remodel import remodelled
 from vibrojax.effects import EFFECTS
 
 _FORCE = 0.02
 """N; pushes the hammer some 0.04 mm out of its rest."""
-_ERRORS = {"hammer_displacement": (1e-5, 400.0)}
+_ERRORS, _SAMPLING = {"hammer_displacement": (1e-5, 2.0)}, 1e-3
 
 
-def cause(seen, effect, known: float = 0.0) -> Cause:
-    """The model of `seen` with an effect, its parameters known to within `known` natural sizes."""
+def cause(seen, effect, **changed: float) -> Cause:
+    """The model of `seen` with an effect, its parameters known; some of the nominal ones changed by a factor."""
     one = seen.fitted
     model = dataclasses.replace(one.problem.model_at(one.at), effects=(effect,))
     problem = remodelled(one.problem, one.at, model)
-    return Cause(problem=problem, at=problem.start, root=known * np.diag(problem.border.shared_scale))
+    shared = problem.start.shared.copy()
+    for name, factor in changed.items():
+        shared[problem.unknowns.index(name)] += np.log(factor)
+    return Cause(problem=problem, at=dataclasses.replace(problem.start, shared=shared), root=np.zeros((len(shared), 0)))
+
+
+def apart(proposal: Proposal, named: Cause, twin: Cause) -> float:
+    """Their separation by one record of the displacement."""
+    return float(separation([proposal], named, twin, _ERRORS, _SAMPLING)[0])
+
+
+def decay(frequency: float = 5.0) -> Proposal:
+    """From a millimetre, without impacts."""
+    return Proposal(1.0, 0.0, frequency, 0.0, -1e-3, 0.0, 12.0, "A free decay")
+
+
+DRIVEN = Proposal(5e-4, 1.5e-3, 6.5, 0.0, 0.0, 0.0, 4.0, "A driven record")
 
 
 @pytest.fixture(scope="module")
 def pushed(seen) -> tuple[Cause, Cause]:
     """Nearly no constant force, and one."""
-    return tuple(cause(seen, EFFECTS["constant_force"](force)) for force in (1e-12, _FORCE))
+    no, some = (cause(seen, EFFECTS["constant_force"](force)) for force in (1e-12, _FORCE))
+    return no, some
 
 
 @pytest.fixture(scope="module")
@@ -46,45 +63,91 @@ def test_a_free_decay_separates_as_far_as_scipy_says(pushed):
     values, mass = named.problem.values(named.at), named.problem.experiment.mass
     omega = 2.0 * np.pi * values["f_n"]
     free = StateSpace([[0.0, 1.0], [-(omega**2), -2.0 * values["zeta"] * omega]], [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]])
-    time = np.linspace(0.0, 12.0 / values["f_n"], 1200)
+    time = _SAMPLING * np.arange(int(12.0 / values["f_n"] / _SAMPLING))
 
     def u(force=0.0, start=(-1e-3, 0.0)):
-        return lsim(free, np.full(1200, force / mass), time, start)[1]
+        return lsim(free, np.full(len(time), force / mass), time, start)[1]
 
-    part = 0.1 * 1e-3
-    size = np.sqrt(400.0 * time[-1] / 1200) / 1e-5
-    unknown = [u(start=(-1e-3 + part, 0.0)) - u(), u(start=(-1e-3, omega * part)) - u()]
-    known, apart = np.array(unknown) * size, (u(_FORCE) - u()) * size
-    inverse = np.linalg.inv(np.eye(1200) + known.T @ known)
-    wish = Wish(1.0, 0.0, values["f_n"], -1e-3, 0.0, "A free decay")
-    assert module._separation([wish], *pushed, _ERRORS)[0] == pytest.approx(np.sqrt(apart @ inverse @ apart), rel=1e-3)
+    a_tenth, error = 0.1 * 1e-3, 1e-5 * np.sqrt(2.0)
+    unknown = np.array([u(start=(-1e-3 + a_tenth, 0.0)) - u(), u(start=(-1e-3, omega * a_tenth)) - u()]) / error
+    distance = (u(_FORCE) - u()) / error
+    expected = np.sqrt(distance @ np.linalg.inv(np.eye(len(time)) + unknown.T @ unknown) @ distance)
+    assert apart(decay(values["f_n"]), *pushed) == pytest.approx(expected, rel=1e-3)
 
 
-def test_what_a_parameter_may_explain_does_not_separate(seen, pushed):
-    """A force that is known to no better than its own size."""
-    vague = dataclasses.replace(pushed[1], root=np.zeros((len(pushed[1].at.shared), 1)))
-    place = vague.problem.unknowns.index("constant_force.constant_force")
-    vague.root[place, 0] = _FORCE
-    wish = Wish(1.0, 0.0, 5.0, -1e-3, 0.0, "A free decay")
-    assert module._separation([wish], pushed[0], vague, _ERRORS)[0] < 1.5 < 30.0 < module._separation([wish], *pushed, _ERRORS)[0]
+@pytest.mark.parametrize("proposal", [decay(), DRIVEN], ids=["free decay", "driven"])
+def test_a_softer_twin_is_as_far_off_as_a_harder_one(seen, proposal):
+    drag = EFFECTS["constant_force"](1e-12)
+    harder, softer = (apart(proposal, cause(seen, drag), cause(seen, drag, f_n=factor)) for factor in (1.0002, 0.9998))
+    assert 1.0 < harder == pytest.approx(softer, rel=0.1)
+
+
+def test_steps_of_another_size_separate_a_record_with_impacts_as_far(seen, monkeypatch):
+    rubbing = [cause(seen, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
+    found = apart(DRIVEN, *rubbing)
+    monkeypatch.setattr(module, "_STEP", 0.3 * module._STEP)
+    assert 1.0 < apart(DRIVEN, *rubbing) == pytest.approx(found, rel=0.05)
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["the named one's", "the twin's"])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_what_a_parameter_may_explain_does_not_separate(pushed, which, side):
+    """A force that is known to no better than its own size, at a bound or not."""
+    vague = list(pushed)
+    vague[which] = dataclasses.replace(pushed[which], root=np.zeros((len(pushed[1].at.shared), 1)))
+    vague[which].root[vague[which].problem.unknowns.index("constant_force.constant_force"), 0] = side * _FORCE
+    assert apart(decay(), *vague) < 1.5 < 30.0 < apart(decay(), *pushed)
+
+
+def test_a_gap_that_is_not_known_separates_less(seen, monkeypatch):
+    rubbing = [cause(seen, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
+    vague = apart(DRIVEN, *rubbing)
+    monkeypatch.setattr(module, "GAP_PRIOR_STD_M", 1e-9)
+    assert vague < 0.95 * apart(DRIVEN, *rubbing)
+
+
+def test_a_stop_that_rings_fast_is_followed(seen, pushed):
+    assert np.isfinite(apart(DRIVEN, pushed[0], cause(seen, EFFECTS["stop_compliance"](1e7, 500.0, 0.05))))
+
+
+def test_errors_last_as_long_as_they_are_correlated(seen, records):
+    """A first-order process with 0.9 from sample to sample: (1 + 0.9) / (1 - 0.9) samples."""
+    rng, experiment = np.random.default_rng(1), seen.fitted.problem.experiment
+    (one,) = [record for record in records if record.kind == "cart-excitation"]
+    error = lfilter([1e-5], [1.0, -0.9], rng.standard_normal(len(one.time)))
+    errors = {"hammer_displacement": error, "cart_displacement": 1e-5 * rng.standard_normal(len(one.time))}
+    one = dataclasses.replace(one, measured={name: one.predicted[name] + error for name, error in errors.items()})
+    found = module._errors(experiment, (one,))
+    assert found["hammer_displacement"] == (pytest.approx(np.std(error), rel=0.05), pytest.approx(19.0, rel=0.5))
+    assert found["cart_displacement"] == (pytest.approx(1e-5, rel=0.05), pytest.approx(1.0, abs=0.3))
+    driven = tuple(dataclasses.replace(record, base="measured") for record in experiment.records)
+    assert list(module._errors(dataclasses.replace(experiment, records=driven), (one,))) == ["hammer_displacement"]
 
 
 def test_the_record_that_separates_the_least_alike_twin_best_is_named(seen, records, pushed, monkeypatch):
-    def apart(wishes, named, twin, errors):
-        return np.array([5.0 if wish.amplitude else 40.0 for wish in wishes]) if twin is pushed[1] else np.arange(1.0, 1.0 + len(wishes))
+    proposals = list(module._proposals(seen.fitted.problem.experiment, pushed[0], records))
+    at_rest = max(place for place, one in enumerate(proposals) if not one.amplitude)
 
-    monkeypatch.setattr(module, "_separation", apart)
+    def distances(proposals, named, twin, errors, sampling):
+        return np.array([5.0 if one.amplitude else 40.0 for one in proposals]) if twin is pushed[1] else 1.5 + np.arange(len(proposals))
+
+    monkeypatch.setattr(module, "separation", distances)
     twins = {"quadratic_drag": pushed[1], "hysteresis": pushed[0]}
-    wishes = list(module._wishes(seen.fitted.problem.experiment, pushed[0], records))
     said = next_experiment(seen.fitted.problem.experiment, pushed[0], twins, "coulomb_friction", records)
-    last_at_rest = max(place for place, wish in enumerate(wishes) if not wish.amplitude)
-    separated = f"would tell coulomb friction from quadratic drag and hysteresis by {last_at_rest + 1} standard errors."
-    assert said == f"{wishes[last_at_rest].text} {separated}"
+    separated = f"would separate coulomb friction from quadratic drag and hysteresis by {at_rest + 1.5} standard errors."
+    assert said == f"{proposals[at_rest].text} {separated}"
 
 
-def test_one_cause_is_not_told_from_itself(seen, records, pushed):
+def test_one_cause_is_not_separated_from_itself(seen, records, pushed):
     said = next_experiment(seen.fitted.problem.experiment, pushed[0], {"back_stop": pushed[0]}, "constant_force", records)
-    assert said.startswith("Of 33 further records that were simulated none would tell constant force from back stop by more than 0 ")
+    assert said.startswith("Of 21 further records that were simulated none would separate constant force from back stop by more than 0 ")
+
+
+def test_nothing_is_said_of_what_acts_otherwise_in_each_record(seen, records, pushed):
+    hum = cause(seen, EFFECTS["mains_hum"](50.0, 1e-5, 0.0, of_channel="hammer_displacement"))
+    experiment = seen.fitted.problem.experiment
+    assert next_experiment(experiment, pushed[0], {"mains_hum": hum}, "constant_force", records) == ""
+    assert next_experiment(experiment, hum, {"constant_force": pushed[0]}, "mains_hum", records) == ""
 
 
 def test_a_cause_keeps_what_its_fit_knows(seen):

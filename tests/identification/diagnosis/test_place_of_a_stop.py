@@ -10,7 +10,7 @@ from identification.diagnosis.diagnosis import MISSING, Asserted
 from identification.diagnosis.sentences import sentences
 from identification.report import diagnosis_summary, write_diagnosis_report
 from identification.report.diagnosis_tables import changes
-from identification.result.result import Number
+from identification.result.result import Quantity
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import read
@@ -24,7 +24,7 @@ OFFSET = "−0.9938645 ± 0.0000037"
 def asserted(gap: float | None) -> Asserted:
     """The stop of a rig whose file has no stop, which is what a gap of 1 m says."""
     numbers = tuple(
-        Number(name=p.name, symbol=p.symbol, unit=p.unit, value=getattr(STOP, p.field), stderr=3.7e-6 if p.name == "gap_offset" else None)
+        Quantity(name=p.name, symbol=p.symbol, unit=p.unit, value=getattr(STOP, p.field), stderr=3.7e-6 if p.name == "gap_offset" else None)
         for p in STOP.parameters
     )
     return Asserted(effect=STOP, probability=0.99, parameters=numbers, gap=gap)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis import diagnose
+from identification.diagnosis import look as look_module
 from identification.diagnosis import search as module
 from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
@@ -353,3 +354,13 @@ def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, 
     kept = diagnose._supported(found, seen, None, course).search
     assert kept.finished == finished
     assert names(kept) == ["coulomb_friction", "gap_drift"][:left]
+
+
+def test_candidates_that_are_weighed_side_by_side_keep_their_places(seen, monkeypatch):
+    def one(at, candidate):
+        if candidate == 3:
+            raise np.linalg.LinAlgError
+        return at, candidate
+
+    monkeypatch.setattr(look_module, "weighed_anew", one)
+    assert look_module.all_weighed_anew(seen, range(9)) == [None if each == 3 else (seen, each) for each in range(9)]

@@ -98,12 +98,20 @@ def pushed(chain):
 
 
 @pytest.mark.parametrize("lost", [(), ("impact_force",), ("hammer_acceleration",)])
-def test_records_held_back_begin_with_the_variances_of_the_fit(pushed, parted, monkeypatch, lost):
-    """From a large force on they may end in another mode of the likelihood, under which the same rig is much less likely."""
-    begun = []
-    monkeypatch.setattr(module, "fit", lambda problem, begin, **_: begun.append((problem.chains.channels, begin)))
+@pytest.mark.parametrize("converged", [True, False])
+def test_records_held_back_begin_with_the_variances_of_the_fit(pushed, parted, monkeypatch, lost, converged):
+    """From a large force on they may end in another mode of the likelihood; it is tried where the fit does not converge otherwise."""
+    begun, ends = [], []
+
+    def fit(problem, begin, *, both=True, progress):
+        begun.append((problem.chains.channels, begin))
+        ends.append(both)
+        return dataclasses.replace(pushed, converged=converged)
+
+    monkeypatch.setattr(module, "fit", fit)
     held_back_chain(pushed, without_channels(parted, lost))
-    ((channels, begin),) = begun
+    assert ends == ([False] if converged else [False, True])
+    channels, begin = begun[0]
     assert not set(lost) & set(channels)
     assert begin.force == pushed.variances.force
     assert begin.readings == tuple(pushed.variances.readings[pushed.problem.chains.channels.index(one)] for one in channels)
@@ -111,9 +119,14 @@ def test_records_held_back_begin_with_the_variances_of_the_fit(pushed, parted, m
 
 def test_records_held_back_may_have_a_force_where_the_fit_has_none(chain, parted, monkeypatch):
     begun = []
-    monkeypatch.setattr(module, "fit", lambda problem, begin, **_: begun.append(begin))
+
+    def fit(problem, begin, *, both=True, progress):
+        begun.append((begin, both))
+        return chain
+
+    monkeypatch.setattr(module, "fit", fit)
     held_back_chain(chain, parted)
-    assert begun == [None]
+    assert begun == [(None, True)]
 
 
 def test_a_held_back_record_may_lack_a_channel_of_the_fit(pushed, parted):
