@@ -110,13 +110,14 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     form = scored.candidate.form
     assert form is not None
     knots = np.unique(form.columns[:, 0])
-    values, errors = weighed.strengths, np.maximum(weighed.stderr, 1e-300)
-    signs = [np.ones(len(values))] + ([np.sign(form.columns[:, 1])] if _by_direction(scored) else [])
+    precision = 1.0 / np.maximum(np.diag(weighed.covariance), 1e-300)
+    shares = np.where(form.columns[:, 0] == knots[:, None], 1.0 if _by_direction(scored) else precision, 0.0)
+    shares /= shares.sum(axis=1, keepdims=True)
     found = []
-    for sign in signs:
-        rows = [form.columns[:, 0] == k for k in knots]
-        mean = np.array([np.average((sign * values)[row], weights=errors[row] ** -2.0) for row in rows])
-        stderr = np.array([np.sum(errors[row] ** -2.0) ** -0.5 for row in rows])
+    for sign in [np.ones(len(precision))] + ([np.sign(form.columns[:, 1])] if _by_direction(scored) else []):
+        of_columns = shares * sign
+        stderr = np.sqrt(np.maximum(np.einsum("kc,cd,kd->k", of_columns, weighed.covariance, of_columns), 1e-300))
+        mean = of_columns @ weighed.strengths
         found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
     which, (_, mean, stderr) = max(enumerate(found), key=lambda one: one[1][0])
     unit = 1.0 if form.coordinate == "reading" else form.size

@@ -158,14 +158,15 @@ class Reestimated:
 
     Attributes:
         deviance: -2 log likelihood.
-        strengths, stderr: of the columns.
+        strengths: of the columns.
+        covariance: of the strengths; (columns, columns).
         variances: estimated.
         at: estimate after the step.
     """
 
     deviance: float
     strengths: np.ndarray
-    stderr: np.ndarray
+    covariance: np.ndarray
     variances: Variances
     at: Estimate
 
@@ -189,7 +190,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Va
             Reestimated(
                 deviance=solution.deviance,
                 strengths=solution.shared[len(solution.shared) - count :],
-                stderr=np.sqrt(np.diag(solution.covariance))[len(solution.shared) - count :],
+                covariance=solution.covariance[len(solution.shared) - count :, len(solution.shared) - count :],
                 variances=Variances(force=force, readings=readings),
                 at=dataclasses.replace(after, shared=after.shared[: len(after.shared) - count]),
             )

@@ -158,7 +158,7 @@ def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
         monkeypatch.setattr(diagnose, name, lambda *args, made=made, **others: made)
     candidate, one = Candidate(name="any force over velocity", members=(), signals=(None,) * 16), seen.fitted
     scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))
-    weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), stderr=np.ones(16), variances=one.variances, at=one.at)
+    weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), covariance=np.eye(16), variances=one.variances, at=one.at)
     against, left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, one, judge, lambda line: None)
     assert (left[0][2], best is not None) == (gain, gain > 0.0)
     assert against[0][2] == refuting

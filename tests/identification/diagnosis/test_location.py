@@ -39,7 +39,11 @@ def weighed(seen: Look, form: Form, strengths: np.ndarray, gain: float) -> tuple
     candidate = Candidate(name=form.name, members=(), signals=form.signals, form=form)
     scored = Scored(candidate=candidate, gain=gain, strengths=strengths, stderr=stderr, known=known)
     fitted = seen.fitted
-    return scored, Reestimated(deviance=0.0, strengths=strengths, stderr=stderr, variances=fitted.variances, at=fitted.at), gain
+    return (
+        scored,
+        Reestimated(deviance=0.0, strengths=strengths, covariance=np.diag(stderr**2), variances=fitted.variances, at=fitted.at),
+        gain,
+    )
 
 
 def braking(seen: Look, form: Form) -> tuple[Scored, Reestimated, float]:
@@ -113,3 +117,14 @@ def test_maps_show_when_and_at_which_phase(seen, forms, records):
     found = locate(seen, shown, [braking(seen, forms["velocity", "force"])], None).maps[first.file]
     assert found.shape == (24, 24)
     assert np.nanmedian(found[13:]) > np.nanmedian(found[:11]) + 20.0
+
+
+def test_an_error_common_to_both_directions_does_not_blur_a_force_that_turns(seen, forms, records):
+    """As that of a stiffness, which adds to the force over the displacement in either direction."""
+    both = next(form for (_, quantity), form in forms.items() if quantity == "force" and (form.columns[:, 1] != 0).any())
+    scored, friction, gain = weighed(seen, both, -SIZE * np.sign(both.columns[:, 1]), 5000.0)
+    common = (both.columns[:, :1] == both.columns[:, 0]).astype(float)
+    blurred = dataclasses.replace(friction, covariance=friction.covariance + 25.0 * common)
+    (profile,) = locate(seen, records, [(scored, blurred, gain)], None).profiles
+    assert profile.turns
+    np.testing.assert_allclose(profile.stderr, 0.01 / np.sqrt(2.0) * seen.fitted.problem.scales.force)

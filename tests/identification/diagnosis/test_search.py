@@ -151,7 +151,7 @@ def weighed(seen, monkeypatch):
     def found(**gains: float) -> list[str]:
         tried: list[str] = []
         one = seen.fitted
-        anew = Reestimated(deviance=0.0, strengths=np.zeros(1), stderr=np.ones(1), variances=one.variances, at=one.at)
+        anew = Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=one.variances, at=one.at)
 
         def refitted(at: Look, one: Alternative, weighed, progress) -> list[Alternative]:
             tried.append(one.name)
