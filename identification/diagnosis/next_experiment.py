@@ -17,6 +17,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.signal import correlate
 
+from identification.diagnosis.decide import IDENTIFIED
+from identification.estimation.prediction import PERIODS
 from identification.experiment import Experiment
 from identification.guesses.motion import driving_channels
 from identification.result.result import RecordFit
@@ -35,16 +37,14 @@ from vibrojax.model import Model
 
 _FACTORS = (0.5, 0.8, 1.25, 2.0)
 """By which an amplitude, a frequency, a gap or a release is changed: what a rig most likely allows."""
-_PERIODS, _PERIODS_WITH_IMPACTS = 12.0, 4.0
-"""Of the slower of suspension and drive that are compared; behind more impacts a small change does not act in proportion any more."""
+_PERIODS = 12.0
+"""Of the slower of suspension and drive in a record without impacts; behind many impacts small changes grow out of proportion."""
 _MOST_SAMPLES, _LANES = 8000, 64
 """Of a record, which a longer one is thinned to; records that are integrated side by side."""
 _UNKNOWN = 0.1
 """Standard deviation of a new record's initial state and amplitude over their size, and of its phase in rad, as one sets them by hand."""
 _STEP = 0.01
 """Of the difference quotients, in standard deviations."""
-_SEPARATED, _FAR = 3.0, 100.0
-"""Standard errors from which two causes are separated, as a rule, and beyond which their number says no more."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -131,8 +131,8 @@ def next_experiment(experiment: Experiment, named: Cause, twins: Mapping[str, Ca
     best = int(np.nanargmax(distances))
     both = f"{plain_name(name)} from {joined([plain_name(one) for one in twins])}"
     farthest = float(distances[best])
-    sigma = f"{significant(farthest, 2)} standard errors" if farthest < _FAR else f"more than {_FAR:g} standard errors"
-    if farthest < _SEPARATED:
+    sigma = f"{significant(farthest, 2)} standard errors"
+    if farthest < IDENTIFIED:
         return f"Of {len(proposals)} further records that were simulated none would separate {both} by more than {sigma}."
     return f"{proposals[best].text} would separate {both} by {sigma}."
 
@@ -148,7 +148,7 @@ def _proposals(experiment: Experiment, named: Cause, records: tuple[RecordFit, .
         yield Proposal(1e3 * largest, 0.0, f_n, 0.0, u, 0.0, _PERIODS, f"A free decay from {_millimetres(-u)} without impacts")
         for gap in sorted({one.gap for one in experiment.records if 0.0 <= one.gap < largest})[:2]:
             text = f"A drop test from {_millimetres(-u)} behind rest, with a gap of {_millimetres(gap)},"
-            yield Proposal(gap, 0.0, f_n, 0.0, u, 0.0, _PERIODS_WITH_IMPACTS, text)
+            yield Proposal(gap, 0.0, f_n, 0.0, u, 0.0, PERIODS, text)
     for one in [one for one in records if any(n.name == "base_amplitude" for n in one.nuisances)][:1]:
         driven = next(record for record in experiment.records if record.file == one.file)
         amplitude, hz = next(n.value for n in one.nuisances if n.name == "base_amplitude"), driven.excitation_frequency or 0.0
@@ -156,7 +156,7 @@ def _proposals(experiment: Experiment, named: Cause, records: tuple[RecordFit, .
         for a, b, c in changes if hz > 0.0 and driven.gap >= 0.0 else ():
             drive = f"{with_unit(significant(b * hz), 'Hz')} from rest, with an amplitude of {_millimetres(a * amplitude)}"
             text = f"A record at {drive} and a gap of {_millimetres(c * driven.gap)},"
-            yield Proposal(c * driven.gap, a * amplitude, b * hz, 0.0, 0.0, 0.0, _PERIODS_WITH_IMPACTS, text)
+            yield Proposal(c * driven.gap, a * amplitude, b * hz, 0.0, 0.0, 0.0, PERIODS, text)
 
 
 def _millimetres(value: float) -> str:
@@ -211,7 +211,8 @@ def separation(
     time = every * sampling * np.arange(int(_PERIODS / f_n / (every * sampling)))
     per_error = {channel: std * np.sqrt(max(lasting / every, 1.0)) for channel, (std, lasting) in errors.items()}
     a, b = (_simulated(one.models(), proposals, per_error, time) for one in (named, twin))
-    moved = [_simulated(named.models()[:1], some, per_error, time)[0] for some in zip(*(one.moved() for one in proposals), strict=True)]
+    changed = [each for one in proposals for each in one.moved()]
+    moved = _simulated(named.models()[:1], changed, per_error, time).reshape(len(proposals), -1, a.shape[-1]).swapaxes(0, 1)
     slopes = np.concatenate([a[1:] - a[0], b[1:] - b[0], moved - a[0]]) / _STEP
     found = np.full(len(proposals), np.nan)
     for place, (one, distance) in enumerate(zip(proposals, a[0] - b[0], strict=True)):

@@ -17,6 +17,7 @@ from identification.trajectory.additions import reestimated
 from identification.trajectory.fit import Fitted, Progress
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.segments import VARIATION
+from identification.trajectory.variances import is_largest
 from vibrojax.errors import NoConvergenceError
 
 _COLUMNS = 48
@@ -26,9 +27,11 @@ _COLUMNS = 48
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
     """Nominal parameters that may differ between records: all that these identify, where they contradict each other in one of them.
 
-    The most contradicted first; none once one has a value in each record. A record hardly tells k_i from n by itself, so that the test of
-    one alone says little.
+    The most contradicted first; none once one has a value in each record, nor beside a random force as large as it may be, where physics is
+    missing that acts on each record in its own way. A record hardly tells k_i from n by itself, so that the test of one alone says little.
     """
+    if is_largest(fitted.problem, fitted.variances.force):
+        return ()
     tested = sorted((one for one in between_records(fitted) if "." not in one.name), key=lambda one: one.chance)
     contradict = any(one.chance < LEVEL / len(tested) for one in tested) and not differing(fitted)
     return tuple(one.name for one in tested) if contradict else ()

@@ -11,6 +11,7 @@ from identification.result.evidence import chance
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import problem_of
+from identification.trajectory.variances import LARGEST_FORCE
 from tests.identification.trajectory.conftest import shaken
 
 RATES = 1.0 + 0.01 * np.array([1.2, -0.7, -1.5, 0.9, -0.4, 0.5])
@@ -61,6 +62,12 @@ def test_what_values_gain_at_first_order_is_more_than_chance_where_they_differ_a
 def test_records_of_one_rig_contradict_each_other_in_nothing(steady):
     assert contradicted(steady) == differing(steady) == ()
     assert with_values(steady, ("f_n",), silent) is None
+
+
+def test_beside_a_force_at_its_limit_physics_is_missing_and_records_are_not_compared(scattered):
+    largest = LARGEST_FORCE * scattered.problem.scales.force
+    variances = dataclasses.replace(scattered.variances, force=dataclasses.replace(scattered.variances.force, std=largest))
+    assert contradicted(dataclasses.replace(scattered, variances=variances)) == ()
 
 
 def test_values_go_where_records_no_longer_differ(scattered, steady):
