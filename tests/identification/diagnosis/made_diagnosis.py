@@ -15,12 +15,11 @@ from identification.diagnosis.diagnosis import (
     Considered,
     Diagnosis,
     Location,
-    Number,
     Profile,
     Side,
 )
 from identification.result.evidence import Disagreement, Unrest
-from identification.result.result import FitResult, RecordFit
+from identification.result.result import FitResult, Quantity, RecordFit
 from tests.identification.made_result import WITH_CANDIDATES
 from vibrojax.effects import CoulombFriction, CubicStiffness
 
@@ -34,7 +33,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
     adequate = verdict in (ADEQUATE, RESTLESS)
     effect = CoulombFriction(friction_force=FRICTION) if verdict == MISSING else CubicStiffness(cubic_stiffness=4e4)
     sizes = {p: float(getattr(effect, p.field)) for p in effect.parameters}
-    numbers = tuple(Number(name=p.name, symbol=p.symbol, unit=p.unit, value=size, stderr=1e-3 * size) for p, size in sizes.items())
+    numbers = tuple(Quantity(name=p.name, symbol=p.symbol, unit=p.unit, value=size, stderr=1e-3 * size) for p, size in sizes.items())
     own = () if adequate else tuple(dataclasses.replace(n, name=f"{effect.name}.{n.name}") for n in numbers)
     model = result.model if adequate else dataclasses.replace(result.model, effects=(effect,))
     after = Side(
@@ -104,9 +103,10 @@ _SENTENCES = {
 }
 
 
-def _shared(result: FitResult, factor: float) -> tuple[Number, ...]:
+def _shared(result: FitResult, factor: float) -> tuple[Quantity, ...]:
     return tuple(
-        Number(name=p.spec.name, symbol=p.spec.symbol, unit=p.spec.unit, value=factor * p.value, stderr=p.stderr) for p in result.parameters
+        Quantity(name=p.spec.name, symbol=p.spec.symbol, unit=p.spec.unit, value=factor * p.value, stderr=p.stderr)
+        for p in result.parameters
     )
 
 
