@@ -36,11 +36,11 @@ from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 
 _FACTORS = (0.5, 0.8, 1.25, 2.0)
-"""By which an amplitude, a frequency, a gap or a release is changed: what a rig most likely allows."""
+"""By which the amplitude, the frequency or the gap of a driven record is changed: what a rig most likely allows."""
 _PERIODS = 12.0
 """Of the slower of suspension and drive in a record without impacts; behind many impacts small changes grow out of proportion."""
-_MOST_SAMPLES, _LANES = 8000, 64
-"""Of a record, which a longer one is thinned to; records that are integrated side by side."""
+_MOST_SAMPLES, _MOST_STEPS, _LANES = 8000, 100_000, 64
+"""Of a record, which a longer one is thinned to; of its integration, which memory holds; records that are integrated side by side."""
 _UNKNOWN = 0.1
 """Standard deviation of a new record's initial state and amplitude over their size, and of its phase in rad, as one sets them by hand."""
 _STEP = 0.01
@@ -238,7 +238,7 @@ def _simulated(
     fastest = max(float(models[0].values()["f_n"]), *(one.frequency for one in proposals))
     step = float(flight_step(models[0].effects, fastest, a_period=60.0, an_own_period=24.0))
     capacity = 1000 * int(np.ceil((2.0 * time[-1] / step + 100.0 * fastest * time[-1] * 2.0) / 1000 + 1))
-    integrator = Landing(flight_step=jnp.asarray(step), most_steps=capacity)
+    integrator = Landing(flight_step=jnp.asarray(step), most_steps=min(capacity, _MOST_STEPS))
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf, float) for leaf in leaves]), *systems)
     found = []
     for begin in range(0, len(systems), _LANES):

@@ -265,8 +265,9 @@ def _step(
 
 
 def _without_equations(one: Alternative) -> Alternative:
-    """An alternative of whose fit the model alone is kept."""
-    return dataclasses.replace(one, fitted=None, cause=None if one.fitted is None else Cause.of(one.fitted))
+    """An alternative of whose fit, where it has converged, the model alone is kept."""
+    cause = Cause.of(one.fitted) if one.fitted is not None and one.fitted.converged else None
+    return dataclasses.replace(one, fitted=None, cause=cause)
 
 
 def _judged(model: Fitted, tried: list[Alternative], judge: Judging, samples: int) -> list[Alternative]:
