@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 from scipy.constants import g as STANDARD_GRAVITY
 
-from vibrojax.contact import AbstractContactLaw
+from vibrojax.contact import AbstractContactLaw, NoContact
 from vibrojax.effects.base import AbstractEffect, unit_in
 from vibrojax.effects.filters import RecorderFilter
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
@@ -112,6 +112,14 @@ class Model(eqx.Module):
         """The same model with array leaves, so that compiled code does not depend on its values."""
         arrays = jax.tree.map(jnp.asarray, eqx.filter(self, eqx.is_inexact_array_like))
         return eqx.combine(arrays, self)
+
+    @property
+    def has_stop(self) -> bool:
+        """Whether there is one, of the model's own law or of an effect."""
+        law = self.law
+        for effect in self.effects:
+            law, _ = effect.stop(law, 0.0)
+        return not isinstance(law, NoContact)
 
     def system(self, *, gap: Number, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""

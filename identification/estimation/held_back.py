@@ -19,7 +19,7 @@ from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.remodel import remodelled, with_variation
-from identification.trajectory.segments import Chains
+from identification.trajectory.segments import OF_RECORD, Chains
 from identification.trajectory.start import Problem, problem_of
 from identification.trajectory.variances import LARGEST_FORCE, Variances, vanishes
 from vibrojax.channels import EVERY_CHANNEL
@@ -47,7 +47,9 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     varying = {name: float(fitted.problem.border.own_scale[place]) for name, place in variations(fitted.problem).items()}
     problem = with_variation(problem, varying)
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
-    held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool))
+    own = problem.border.own.copy()
+    own[:, OF_RECORD.index("gap_error")] = problem.model.has_stop
+    held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool), own=own)
     problem = dataclasses.replace(problem, border=held, start=dataclasses.replace(problem.start, shared=shared))
     begin = _begin(fitted, problem)
     found = fit(problem, begin=begin, both=begin is None, progress=progress)

@@ -28,8 +28,9 @@ _DEEP = 0.3
 def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> tuple[dict[str, float], np.ndarray]:
     """Every shared parameter by name, and the gap errors of the records, m.
 
-    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell, or
-    off the hammer's inertia where that shows nothing.
+    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell and
+    off the hammer's inertia; of the two, the one counts by which the stops are where they were set, since a cell that is late or cut off
+    bends the loops of force over indentation, and so does an acceleration that is smoothed.
     """
     records = list(experiment.records)
     wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
@@ -43,11 +44,9 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     values |= wanted
     model = model.replace(values)
     free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
-    for load_cell in (True, False):
-        found = contact_start(model, records, motions, free, load_cell=load_cell)
-        if found is not None:
-            return values | found[0], found[1]
-    return values, np.zeros(len(records))
+    found = [contact_start(model, records, motions, free, load_cell=load_cell) for load_cell in (True, False)]
+    read = min((one for one in found if one is not None), key=lambda one: float(one[1] @ one[1]), default=({}, np.zeros(len(records))))
+    return values | read[0], read[1]
 
 
 def contact_start(

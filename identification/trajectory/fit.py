@@ -121,7 +121,7 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode; where neither has converged, the first one counts, which begins at the measured trajectory.
+    beside one that has come to a mode.
 
     Args:
         problem: of an experiment.
@@ -170,16 +170,21 @@ def fit(
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         begun = None if gone else found
         other = _converged_or_none(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together, first=begun)
-    if other is None:
-        return found
-    if other.converged and (not found.converged or _rank(other) < _rank(found)):
+    if other is None or (isinstance(problem.model.law, NoContact) and _at_largest(found) and _at_largest(other)):
+        return found  # a stop may be missing: no random force follows its impacts, and reading errors would hide them
+    if _rank(other) < _rank(found):
         return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
     return found
 
 
-def _rank(fitted: Fitted) -> tuple[bool, float]:
-    """Of a converged end among others, the lower the better: a mode of the likelihood first, then the likelier one."""
-    return is_no_mode(fitted.problem, fitted.variances.force), fitted.deviance
+def _at_largest(fitted: Fitted) -> bool:
+    """Whether a fit has converged to a random force as large as it may be."""
+    return fitted.converged and is_largest(fitted.problem, fitted.variances.force)
+
+
+def _rank(fitted: Fitted) -> tuple[bool, bool, float]:
+    """Of an end among others, the lower the better: a converged one first, then a mode of the likelihood, then the likelier one."""
+    return not fitted.converged, is_no_mode(fitted.problem, fitted.variances.force), fitted.deviance
 
 
 def _converged_or_none(*args, **options) -> Fitted | None:

@@ -9,8 +9,9 @@ import numpy as np
 
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate, is_late
-from identification.trajectory.segments import APPROACH_SPEED, VARIATION, Lateness, chains_of
+from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Lateness, chains_of
 from identification.trajectory.start import FLIGHT_STEPS, Problem
+from vibrojax.contact import NoContact
 from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
@@ -87,7 +88,7 @@ def remodelled(
         parameters=parameters,
         unknowns=unknowns,
         scales=dataclasses.replace(problem.scales, own=np.array([sizes[name] for name in unknowns.states[2:]])),
-        border=_border(problem, unknowns.own, new, kept, per_record, start),
+        border=_border(problem, model, unknowns.own, new, kept, start),
         integrator=dataclasses.replace(problem.integrator, flight_step=jax.device_put(np.asarray(step))),
         start=start,
     )
@@ -113,8 +114,12 @@ def _inside(p, value: float) -> float:
     return float(np.log(value)) if p.logarithmic else value
 
 
-def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record, start: Estimate) -> Border:
-    """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new."""
+def _border(problem: Problem, model: Model, own_names: tuple[str, ...], new, kept, start: Estimate) -> Border:
+    """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new.
+
+    A stop that the nominal model lacks stands at a distance of its own from the gap as set in the first record; in the others, that was
+    set with an error.
+    """
     border, before = problem.border, problem.unknowns
     places = [before.index(p.name) for p in kept]
 
@@ -125,7 +130,7 @@ def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record,
     records, count = start.own.shape
     own, own_scale = np.ones((records, count), bool), np.ones(count)
     own_mean, own_precision, own_strengths = np.zeros((records, count)), np.zeros((records, count)), np.zeros(count, bool)
-    of_effects = {p.name: p for p in per_record}
+    of_effects = {p.name: p for p in model.record_parameters}
     for place, name in enumerate(own_names):
         if name in before.own:
             was = before.own.index(name)
@@ -135,6 +140,8 @@ def _border(problem: Problem, own_names: tuple[str, ...], new, kept, per_record,
         else:
             own_scale[place] = float(np.abs(start.own[:, place]).max()) or of_effects[name].scale
             own_strengths[place] = True
+    if isinstance(model.law, NoContact):
+        own[1:, OF_RECORD.index("gap_error")] = model.has_stop
     return dataclasses.replace(
         border,
         shared=shared(border.shared, [not p.searched for p in new]),
