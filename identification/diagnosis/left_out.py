@@ -119,6 +119,7 @@ def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution
         left=np.concatenate([begin + np.arange(count) for begin, count in zip(begins, counts, strict=False)]),
         first=chains.first[segments],
         duration=chains.duration[segments],
+        input_noise=chains.input_noise[segments],
         knots=tuple(slice(int(begin), int(begin) + count + 1) for begin, count in zip(begins, counts, strict=False)),
         files=tuple(chains.files[index] for index in records),
         measured=chains.measured[segments],

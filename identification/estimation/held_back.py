@@ -132,6 +132,7 @@ def filtered_state(fitted: Fitted, index: int, segments: int) -> Float[np.ndarra
         left=np.arange(segments),
         first=chains.first[mine],
         duration=chains.duration[mine],
+        input_noise=chains.input_noise[mine],
         knots=(slice(0, segments + 1),),
         files=(chains.files[index],),
         measured=chains.measured[mine],

@@ -3,7 +3,8 @@
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
 stretch is `PERIODS` long, counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
-which it follows the whole record best: beside a random force, a state is known from the samples near it alone.
+which it follows the whole record best: beside a random force, a state is known from the samples near it alone. Where the noise of a recorded
+input moves the hammer, and no other force is missing, a stretch is one segment: the input is then what the fit has made of it.
 """
 
 import dataclasses
@@ -120,7 +121,9 @@ def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "kno
     """Records with the motion from given states at the beginnings of their stretches."""
     problem, at = fitted.problem, fitted.at
     pieces, segments = pieces_of(problem, at)
-    stretches = [_stretches(problem, at, index, pieces) for index in places]
+    if noisy := vanishes(problem, fitted.variances.force) and bool(problem.chains.input_noise.any()):
+        pieces, segments = chains_of(problem.experiment.records, problem.chains.samples, rest=problem.rest), 1
+    stretches = [_stretches(problem, at, index, pieces, noisy=noisy) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
     owner = pieces.record[begin]
@@ -171,11 +174,12 @@ def strikes(problem: Problem, at: Estimate, index: int) -> bool:
     return recorded or bool((at.states[problem.chains.knots[index], 0] > gap).any())
 
 
-def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains) -> tuple[np.ndarray, np.ndarray]:
-    """First piece of each stretch of a record, and how many it has."""
+def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains, *, noisy: bool) -> tuple[np.ndarray, np.ndarray]:
+    """First piece of each stretch of a record, and how many it has: one each where the noise of an input counts."""
     part, hz = pieces.of_record(index), frequency(problem, at, problem.experiment.records[index])
     length, whole = float(np.median(pieces.duration[part])), part.stop - part.start
     each = max(1, round(PERIODS / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
+    each = 1 if noisy and pieces.input_noise[part].any() else each
     begin = np.arange(part.start, part.stop, each)
     return begin, np.minimum(each, part.stop - begin)
 

@@ -19,6 +19,8 @@ from identification.trajectory.variances import Variances, annealed, coloured, r
 
 _NO_GAIN = 1.0
 """Fall of -2 log likelihood in a round, below which variances have been found."""
+_WEAK = 1e-6
+"""Prior precision of a strength in units of the probing strength: columns that the records cannot tell apart stay small."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -217,7 +219,7 @@ def _with_columns(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> tuple[Pr
         "shared": True,
         "shared_scale": 1.0,
         "shared_mean": 0.0,
-        "shared_precision": 0.0,
+        "shared_precision": _WEAK,
         "lower": -np.inf,
         "upper": np.inf,
         "strengths": True,

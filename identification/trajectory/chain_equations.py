@@ -4,7 +4,8 @@
 The Hessian is block tridiagonal in the knots, with a border of each record's own unknowns and one of the shared ones; `elimination`
 solves it.
 
-Source: B. M. Bell, The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optim. 4 (1994) 626-636.
+Source: B. M. Bell, The iterated Kalman smoother as a Gauss-Newton method, SIAM J. Optim. 4 (1994) 626-636; L. Ljung, System
+Identification, 2nd ed. (1999), section 4.3 (noise of an input as noise of the process).
 """
 
 import dataclasses
@@ -276,9 +277,15 @@ def residuals_after(
 
 
 def motion_covariance(chains: Chains, scales: Scales, force: RandomForce, mass: float) -> Float[np.ndarray, "segments states states"]:
-    """Of the states at the end of every segment, given its beginning and the force at both ends."""
-    states = len(scales.floor)
+    """Of the states at the end of every segment, given its beginning and the random force at both ends.
+
+    Noise of a recorded input moves the hammer: var(u') = q T with q = S_F / m^2 + S_a of white noise, var(u) = q T^3 / 3, and
+    cov(u, u') = q T^2 / 2.
+    """
+    states, time = len(scales.floor), chains.duration
     covariance = np.zeros((len(chains.left), states, states))
     covariance[:, np.arange(states), np.arange(states)] = scales.floor**2
-    covariance[:, :2, :2] += force.bridge(chains.duration, mass)
+    covariance[:, :2, :2] += force.bridge(time, mass)
+    driven = chains.input_noise @ (mass**-2, 1.0) * time
+    covariance[:, :2, :2] += np.moveaxis(driven * np.array([[time**2 / 3.0, time / 2.0], [time / 2.0, np.ones_like(time)]]), -1, 0)
     return covariance

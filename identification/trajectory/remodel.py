@@ -10,9 +10,8 @@ import numpy as np
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Lateness, chains_of
-from identification.trajectory.start import FLIGHT_STEPS, Problem
+from identification.trajectory.start import Problem, step_in_flight
 from vibrojax.contact import NoContact
-from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
@@ -76,7 +75,7 @@ def remodelled(
             if name not in sizes:
                 sizes[name] = float(np.sqrt(np.mean(knot_values.get(name, nothing) ** 2))) or state.scale or 1.0
     fastest = max([values.get("f_n", 0.0)] + [record.excitation_frequency or 0.0 for record in problem.experiment.records])
-    step = flight_step(model.effects, max(fastest, 1e-6), a_period=FLIGHT_STEPS)
+    step = step_in_flight(problem.experiment.records, model, fastest)
     late = late_channels(model)
     chains = problem.chains
     if late or chains.groups[0].ahead is not None:

@@ -27,6 +27,8 @@ SEGMENTS_PER_PERIOD = 60.0
 """Segments in a period of the natural or excitation frequency, about: the random force is linear within each."""
 FEWEST_SEGMENTS_PER_PERIOD = 8.0
 """Where samples are that few: a force that is linear within a segment follows no motion on fewer."""
+MOVED_BETWEEN_KNOTS = 0.3
+"""Displacement between knots by the noise of a recorded input, over the sensor's noise, at most."""
 CEILING_SAMPLES, CEILING_RUN = 20, 4
 """Samples at one extreme value, in all and in a row, by which a channel counts as cut off there."""
 GAP_PRIOR_STD_M = 1e-3
@@ -108,6 +110,8 @@ class Chains:
         left: knot at the beginning of each segment; the one at its end is the next.
         first: whether a segment is the first of its record.
         duration: of each segment, s.
+        input_noise: noise of the recorded force on the hammer, N^2 s, and of the recorded acceleration of the cart, (m/s^2)^2 s, in each
+            segment: variance times sampling interval; (segments, 2).
         knots: slice of the knots of each record.
         files: of the records.
         channels: compared with the model, in the order of all arrays.
@@ -120,6 +124,7 @@ class Chains:
     left: np.ndarray
     first: np.ndarray
     duration: np.ndarray
+    input_noise: np.ndarray
     knots: tuple[slice, ...]
     files: tuple[str, ...]
     channels: tuple[str, ...]
@@ -170,12 +175,24 @@ def _takes_approach_speed(model: Model) -> bool:
     return any(one is traced.invars[2] for step in traced.eqns for one in step.invars)
 
 
-def samples_of_a_segment(records: Sequence[Record], fastest_hz: float) -> int:
-    """Samples from one knot to the next: a part of the shortest period, and `FEWEST_SAMPLES` where a period has enough of them."""
+def samples_of_a_segment(records: Sequence[Record], fastest_hz: float, *, mass: float, resolution: float) -> int:
+    """Samples from one knot to the next: a part of the shortest period, and `FEWEST_SAMPLES` where a period has enough of them.
+
+    Fewer where noise of a recorded input, which is taken to act at the knots, would move the hammer in between by as much as its sensor
+    tells, (q T^3 / 3)^(1/2): see `motion_covariance`.
+
+    Args:
+        records: of the experiment.
+        fastest_hz: vibration, Hz.
+        mass: of the hammer, kg.
+        resolution: of the displacement sensor, m.
+    """
     dt = min(float(np.median(np.diff(record.time))) for record in records)
     period = 1.0 / (fastest_hz * dt) if fastest_hz > 0 else np.inf  # samples
     wanted = period / SEGMENTS_PER_PERIOD if fastest_hz > 0 else 0.0
-    return max(1, round(min(max(wanted, FEWEST_SAMPLES), period / FEWEST_SEGMENTS_PER_PERIOD)))
+    noise = max(force / mass**2 + base for force, base in map(_input_noise, records))
+    still = np.cbrt(3.0 * (MOVED_BETWEEN_KNOTS * resolution) ** 2 / noise) / dt if noise > 0.0 else np.inf
+    return max(1, round(min(max(min(wanted, still), FEWEST_SAMPLES), period / FEWEST_SEGMENTS_PER_PERIOD)))
 
 
 def chains_of(
@@ -218,6 +235,7 @@ def chains_of(
         left=np.concatenate(left),
         first=np.concatenate(first),
         duration=ts[:, -1] - ts[:, 0],
+        input_noise=np.array([_input_noise(record) for record in records])[np.concatenate(owner)],
         knots=tuple(knots),
         files=tuple(record.file for record in records),
         channels=channels,
@@ -225,6 +243,14 @@ def chains_of(
         weight=joined("weight"),
         readings=np.sum(readings, axis=0),
     )
+
+
+def _input_noise(record: Record) -> tuple[float, float]:
+    """See `Chains.input_noise`; 0 of an input that is not recorded."""
+    driving, dt = driving_channels(record), float(np.median(np.diff(record.time)))
+    inputs = ("applied_force", "cart_acceleration")
+    force, base = (record.noise.get(name, 0.0) if name in driving and name in record.channels else 0.0 for name in inputs)
+    return force**2 * dt, base**2 * dt
 
 
 def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:

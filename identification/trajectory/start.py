@@ -1,7 +1,7 @@
 """Where a fit begins: the measured trajectory, and parameters read off the records. Nothing is integrated."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import jax
 import numpy as np
@@ -36,6 +36,7 @@ from identification.trajectory.segments import (
 from identification.trajectory.thinning import thinned
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
 from vibrojax.integrate import Landing
+from vibrojax.integrate.landing import flight_step
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
@@ -138,8 +139,8 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     excited = [record.excitation_frequency or 0.0 for record in records]
     fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
     rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
-    chains = chains_of(records, samples_of_a_segment(records, fastest), rest=rest)
-    flight = 1.0 / (FLIGHT_STEPS * max(fastest, 1e-6))
+    chains = chains_of(records, samples_of_a_segment(records, fastest, mass=experiment.mass, resolution=scales.resolution), rest=rest)
+    flight = step_in_flight(records, model, fastest)
     own = np.zeros((len(records), len(unknowns.own)))
     for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
         own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
@@ -172,6 +173,16 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
         motions=tuple(motions),
         start=start,
     )
+
+
+def step_in_flight(records: Sequence[Record], model: Model, fastest_hz: float) -> float:
+    """Longest step, s: a part of the period of the fastest vibration, and no longer than the sampling interval of a recorded input.
+
+    Between longer steps the noise of an input would not average out.
+    """
+    recorded = [record for record in records if record.base == "measured" or record.kind == "forced"]
+    step = float(flight_step(model.effects, max(fastest_hz, 1e-6), a_period=FLIGHT_STEPS))
+    return min([step, *(float(np.median(np.diff(record.time))) for record in recorded)])
 
 
 def weighable(experiment: Experiment) -> bool:
