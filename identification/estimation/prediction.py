@@ -136,7 +136,8 @@ def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "kno
             series[name][one.piece] = one.readings[:, column]
         series["u"][one.piece], series["relative_velocity"][one.piece], contact[one.piece] = one.u, one.v, one.in_contact
     window = np.zeros((len(pieces.record), samples), int)
-    for number, (piece, length) in enumerate(zip(begin, count, strict=True)):
+    own_state = ~(noisy & pieces.input_noise[begin].any(axis=1)) | np.isin(begin, first)  # others go on from the stretch before
+    for number, piece, length in zip(np.cumsum(own_state) - 1, begin, count, strict=True):
         window[piece : piece + length] = number
 
     def along(index: int, record: Record) -> RecordFit:

@@ -1,13 +1,15 @@
 """First guesses against closed forms."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from identification.experiment import Record
+from identification.experiment import Experiment, Record, Suspension
 from identification.guesses.motion import Kinematics, harmonic_start, kinematics
-from identification.guesses.parameters import contact_start
+from identification.guesses.parameters import contact_start, first_guesses
 from identification.guesses.suspension import suspension_start
 from vibrojax.contact import HuntCrossley
 from vibrojax.model import Model
@@ -86,6 +88,23 @@ def test_contact_start_reads_the_force_law():
     assert values["lambda_i"] == pytest.approx(0.4, rel=0.15)
     assert values["k_i"] * 3e-4 ** values["n"] == pytest.approx(2e6 * 3e-4**1.5, rel=0.1)
     assert errors[0] == pytest.approx(2e-5, abs=1e-5)
+
+
+def test_contact_is_read_off_the_inertia_where_the_cell_is_late():
+    """A cell with the time constant of half an impact shows the stop elsewhere than it was set, and far too soft."""
+    record, motion, model = loops_of_a_known_law()
+    deep = np.maximum(record.channels["hammer_displacement"] - 2e-5, 0.0)
+    force = 2e6 * deep**1.5 * (1 + 0.4 * np.gradient(deep, record.time))
+    late = lfilter([0.06], [1.0, -0.94], force)
+    heard = dataclasses.replace(motion, force=late, inertia=force)
+    experiment = Experiment(
+        name="late", folder=Path(), mass=1.0, suspension=Suspension(kind="linear"), law="hunt-crossley", sha256="", records=(record,)
+    )
+    cell = contact_start(model, [record], [heard], ("k_i", "n", "lambda_i"), load_cell=True)
+    values, errors = first_guesses(experiment, model, [heard])
+    assert abs(errors[0]) < abs(cell[1][0])
+    assert values["k_i"] * 3e-4 ** values["n"] == pytest.approx(2e6 * 3e-4**1.5, rel=0.1)
+    assert not cell[0]["k_i"] * 3e-4 ** cell[0]["n"] == pytest.approx(2e6 * 3e-4**1.5, rel=0.5)
 
 
 def test_a_force_that_is_not_finite_gives_no_start():
