@@ -3,7 +3,7 @@
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
 stretch is `PERIODS` long, counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
-which it follows the whole record best: beside a random force, a state is known from the samples near it alone. Where the noise of a recorded
+which it follows the whole record best: beside a random force, a state is known from the samples near it alone. Where noise of a recorded
 input moves the hammer, and no other force is missing, a stretch is one segment: the input is then what the fit has made of it.
 """
 
