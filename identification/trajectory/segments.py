@@ -110,8 +110,8 @@ class Chains:
         left: knot at the beginning of each segment; the one at its end is the next.
         first: whether a segment is the first of its record.
         duration: of each segment, s.
-        input_noise: noise of the recorded force on the hammer, N^2 s, and of the recorded acceleration of the cart, (m/s^2)^2 s, in each
-            segment: variance times sampling interval; (segments, 2).
+        input_noise: declared noise of the recorded force on the hammer, N^2 s, and of the recorded acceleration of the cart, (m/s^2)^2 s, in
+            each segment: variance times sampling interval; (segments, 2).
         knots: slice of the knots of each record.
         files: of the records.
         channels: compared with the model, in the order of all arrays.
@@ -246,10 +246,10 @@ def chains_of(
 
 
 def _input_noise(record: Record) -> tuple[float, float]:
-    """See `Chains.input_noise`; 0 of an input that is not recorded."""
-    driving, dt = driving_channels(record), float(np.median(np.diff(record.time)))
-    inputs = ("applied_force", "cart_acceleration")
-    force, base = (record.noise.get(name, 0.0) if name in driving and name in record.channels else 0.0 for name in inputs)
+    """See `Chains.input_noise`; 0 of an input without a declared noise: what looks like noise of an input may well drive the hammer."""
+    declared = driving_channels(record) & set(record.channels) - record.noise_estimated
+    dt = float(np.median(np.diff(record.time)))
+    force, base = (record.noise.get(name, 0.0) if name in declared else 0.0 for name in ("applied_force", "cart_acceleration"))
     return force**2 * dt, base**2 * dt
 
 

@@ -52,6 +52,11 @@ def test_noise_of_the_recorded_acceleration_of_the_cart_counts_too():
     assert np.allclose(chains.input_noise, [[0.0, BASE_NOISE**2 * DT]])
 
 
+def test_what_looks_like_noise_of_an_input_without_a_declared_one_may_drive_the_hammer():
+    record = dataclasses.replace(pushed(applied_force=FORCE_NOISE), noise_estimated=frozenset({"applied_force"}))
+    assert not problem_of(dataclasses.replace(shaken(1), records=(record,))).chains.input_noise.any()
+
+
 def test_segments_are_shorter_where_noise_of_an_input_moves_the_hammer_in_between():
     quiet, loud = pushed(applied_force=1e-6), pushed(applied_force=0.5)
     lengths = [samples_of_a_segment([one], 0.1, mass=MASS, resolution=2e-5) for one in (quiet, loud)]
