@@ -115,7 +115,7 @@ def _paths(fitted: Fitted) -> Form:
         for k, hat in enumerate(hats(time, tuple(share.tolist()), vanishing_below=False)[1:], start=1):
             stop = np.zeros((len(chains.left), chains.samples + 1))
             stop[chains.of_record(index)] = on_segments(chains, index, size * hat)
-            signals.append(Signal(force=None, stop=stop, readings={}))
+            signals.append(Signal(force=None, stop=stop, readings={}, record=index))
             columns.append((k, index))
     longest = max(float(record.time[-1] - record.time[0]) for record in records)
     return Form(

@@ -13,7 +13,7 @@ from identification.diagnosis.diagnosis import LIMITED
 from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
-from identification.trajectory.additions import Reestimated, Scorer, reestimated, scored, scorer
+from identification.trajectory.additions import Reestimated, Scorer, reestimated, scorer
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
 from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
@@ -201,6 +201,8 @@ def _of_kind(kind: type[AbstractEffect] | Formula, scales: ProbeScales, along: t
         flat = iter(signals(along, chains, [member for members in group for member in members]))
         for members in group:
             columns = [next(flat) for _ in members]
+            if members[0].record is not None:
+                columns = [_in_record(one, chains, chains.files.index(members[0].record)) for one in columns]
             if any(p.per_record for p in members[0].parameters):
                 columns = [_in_record(one, chains, index) for one in columns for index in range(len(chains.knots))]
             found.append(Candidate(name=members[0].name, members=members, signals=tuple(columns)))
@@ -214,6 +216,7 @@ def _in_record(signal: Signal, chains: Chains, index: int) -> Signal:
         force=None if signal.force is None else signal.force * mine,
         stop=None if signal.stop is None else signal.stop * mine,
         readings={name: values * mine for name, values in signal.readings.items()},
+        record=index,
     )
 
 
@@ -222,7 +225,7 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
     scorers = [scorer(fitted.problem, fitted.at, fitted.linear, one) for one in _variances(fitted)]
     batches: list[list[Candidate]] = [[]]
     for candidate in candidates:
-        if sum(len(one.signals) for one in batches[-1]) >= _COLUMNS:
+        if len(_packed([*batches[-1], candidate])[0]) > _COLUMNS:
             batches.append([])
         batches[-1].append(candidate)
     with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), _MOST_THREADS)) as threads:
@@ -230,21 +233,58 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
     return tuple(sorted(found, key=lambda one: -one.gain))
 
 
+def _packed(candidates: Sequence[Candidate]) -> tuple[list[list[Signal]], list[list[int]]]:
+    """Signals that share a column, since each acts in a record of its own, and the columns of every candidate's signals."""
+    columns: list[list[Signal]] = []
+    open_to: dict[int, int] = {}  # by record, the first column that may still take a signal of it
+    places: list[list[int]] = []
+    shared: list[int] = []
+    for candidate in candidates:
+        places.append([])
+        for signal in candidate.signals:
+            if signal.record is None:
+                place = len(columns)
+                columns.append([])
+            else:
+                turn = open_to.get(signal.record, 0)
+                open_to[signal.record] = turn + 1
+                if turn == len(shared):
+                    shared.append(len(columns))
+                    columns.append([])
+                place = shared[turn]
+            columns[place].append(signal)
+            places[-1].append(place)
+    return columns, places
+
+
+def _joined(signals: list[Signal]) -> Signal:
+    """The sum of signals that act in different records."""
+
+    def added(parts: list[np.ndarray]) -> np.ndarray | None:
+        return sum(parts[1:], start=parts[0]) if parts else None
+
+    readings = {name: added([one.readings[name] for one in signals if name in one.readings]) for one in signals for name in one.readings}
+    return Signal(
+        force=added([one.force for one in signals if one.force is not None]),
+        stop=added([one.stop for one in signals if one.stop is not None]),
+        readings=readings,
+    )
+
+
 def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Candidate]) -> list[Scored]:
-    columns = responses(by, fitted.problem.chains, [signal for one in batch for signal in one.signals])
+    chains = fitted.problem.chains
+    packed, places = _packed(batch)
+    columns = responses(by, chains, [_joined(signals) for signals in packed])
     alive = fitted.linear.done[:, None, None]
     columns = columns[0] * alive[..., None], columns[1] * alive
     best: list[Scored | None] = [None] * len(batch)
     for each in scorers:
-        cross = each.score(*columns)
-        gradient, information = each.reduced(cross)
-        begin = 0
-        for index, one in enumerate(batch):
-            part = slice(begin, begin + len(one.signals))
-            begin += len(one.signals)
-            if not np.isfinite(information[part, part]).all():
+        reduced = each.reduced(each.score(*columns))
+        for index, (one, place) in enumerate(zip(batch, places, strict=True)):
+            acts = [np.full(len(chains.knots), True) if s.record is None else np.arange(len(chains.knots)) == s.record for s in one.signals]
+            score = reduced.scored(place, np.stack(acts, axis=1))
+            if score is None:
                 continue
-            score = scored(gradient[part], information[part, part], cross.square[part, part])
             wrong_way = bool(one.members) and not one.members[0].probe.either_sign and score.strengths[0] < 0
             gain = 0.0 if wrong_way else score.gain
             known = best[index]

@@ -4,9 +4,10 @@ Source: C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50-57 (score test); the chai
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.linalg import cho_solve_banded
 
 from identification.trajectory.chain_equations import Weighed, motion_covariance, whitened_rows, whitenings
@@ -65,58 +66,110 @@ class Scorer:
         """Products of columns with everything in the equations; several candidates at once."""
         chains, unknowns = self.problem.chains, self.problem.unknowns
         size, shared, own = len(unknowns.states) + 1, len(unknowns.shared), len(unknowns.own)
-        columns = seen.shape[-1]
+        columns, records = seen.shape[-1], len(chains.knots)
+        parts = [chains.of_record(record) for record in range(records)]
         cross = np.zeros((len(chains.left), 3 * size + shared + own, columns))
-        square, right = np.zeros((columns, columns)), np.zeros(columns)
+        square, right = np.zeros((records, columns, columns)), np.zeros((records, columns))
         for channel, (white, (rows, residual)) in enumerate(zip(self.white, self.rows, strict=True)):
             if not seen[:, :, channel].any():
                 continue
             values = white(seen[:, :, channel])
             cross += rows.swapaxes(1, 2) @ values
-            flat = values.reshape(-1, columns)
-            square += flat.T @ flat
-            right += flat.T @ residual.ravel()
-        acts = np.flatnonzero(end.any(axis=(1, 2)) & self.local.linked)
-        if len(acts):
-            pulled = self.precision[acts] @ -end[acts]
-            cross[acts] += self.local.defect[acts].swapaxes(1, 2) @ pulled
+            for record, part in enumerate(parts):
+                flat = values[part].reshape(-1, columns)
+                square[record] += flat.T @ flat
+                right[record] += flat.T @ residual[part].ravel()
+        acts = end.any(axis=(1, 2)) & self.local.linked
+        for record, part in enumerate(parts):
+            mine = part.start + np.flatnonzero(acts[part])
+            pulled = self.precision[mine] @ -end[mine]
+            cross[mine] += self.local.defect[mine].swapaxes(1, 2) @ pulled
             flat = pulled.reshape(-1, columns)
-            square -= end[acts].reshape(-1, columns).T @ flat
-            right += flat.T @ self.local.gap[acts].ravel()
+            square[record] -= end[mine].reshape(-1, columns).T @ flat
+            right[record] += flat.T @ self.local.gap[mine].ravel()
         knots = np.zeros((chains.knot_count + 1, size, columns))
         for behind in range(3):
             knots[chains.left + behind] += cross[:, behind * size : (behind + 1) * size]
         begins = np.flatnonzero(chains.first)
-        a, b = slice(3 * size, 3 * size + shared), slice(3 * size + shared, None)
-        of_own = np.add.reduceat(cross[:, b], begins, axis=0)
-        return Cross(knots=knots[1:].reshape(-1, columns), shared=cross[:, a].sum(axis=0), own=of_own, square=square, right=right)
-
-    def reduced(self, cross: "Cross") -> tuple[Float[np.ndarray, " columns"], Float[np.ndarray, "columns columns"]]:
-        """Gradient and information of the columns once everything else has been eliminated."""
-        one, unknowns = self.solution, self.problem.unknowns
-        solved = cho_solve_banded((one.factor, True), cross.knots, check_finite=False)
-        size = len(unknowns.states) + 1
-        edges = size * np.array([knots.start for knots in self.problem.chains.knots])
-        by_own = np.add.reduceat(one.by_own[:, :, None] * cross.knots[:, None, :], edges, axis=0)
-        own = cross.own - by_own
-        shared = cross.shared - one.by_shared.T @ cross.knots - np.einsum("ros,roc->sc", one.own_by_shared, own)
-        information = cross.square - cross.knots.T @ solved - np.einsum("roc,rop,rpd->cd", own, one.own_inverse, own)
-        information -= shared.T @ one.covariance @ shared
-        gradient = (
-            cross.right + cross.knots.T @ one.knots.ravel() + np.einsum("roc,ro->c", cross.own, one.own) + cross.shared.T @ one.shared
+        return Cross(
+            knots=knots[1:].reshape(-1, columns),
+            shared=np.add.reduceat(cross[:, 3 * size : 3 * size + shared], begins, axis=0),
+            own=np.add.reduceat(cross[:, 3 * size + shared :], begins, axis=0),
+            square=square,
+            right=right,
         )
-        return gradient, 0.5 * (information + information.T)
+
+    def reduced(self, cross: "Cross") -> "Reduced":
+        """What the columns say once knots and each record's own numbers have been eliminated."""
+        one, size = self.solution, len(self.problem.unknowns.states) + 1
+        solved = cho_solve_banded((one.factor, True), cross.knots, check_finite=False)
+        gradient, information, shared = np.zeros_like(cross.right), cross.square.copy(), cross.shared.copy()
+        for record, knots in enumerate(self.problem.chains.knots):
+            rows = slice(size * knots.start, size * knots.stop)
+            own = cross.own[record] - one.by_own[rows].T @ cross.knots[rows]
+            shared[record] -= one.by_shared[rows].T @ cross.knots[rows] + one.own_by_shared[record].T @ own
+            information[record] -= cross.knots[rows].T @ solved[rows] + own.T @ one.own_inverse[record] @ own
+            gradient[record] = (
+                cross.right[record]
+                + cross.knots[rows].T @ one.knots.ravel()[rows]
+                + cross.own[record].T @ one.own[record]
+                + cross.shared[record].T @ one.shared
+            )
+        return Reduced(gradient=gradient, information=information, shared=shared, square=cross.square, covariance=one.covariance)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Cross:
-    """Products of columns with the unknowns, with themselves and with the residuals."""
+    """Products of columns with the unknowns, with themselves and with the residuals; by record but for the knots, which belong to one."""
 
     knots: np.ndarray
     shared: np.ndarray
     own: np.ndarray
     square: np.ndarray
     right: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Reduced:
+    """Gradient and information of columns by record, with the shared unknowns beside them.
+
+    Attributes:
+        gradient: (records, columns).
+        information: (records, columns, columns).
+        shared: products with the shared unknowns; (records, shared, columns).
+        square: information of the columns by themselves; (records, columns, columns).
+        covariance: of the shared unknowns.
+    """
+
+    gradient: np.ndarray
+    information: np.ndarray
+    shared: np.ndarray
+    square: np.ndarray
+    covariance: np.ndarray
+
+    def scored(self, columns: Sequence[int], counts: Bool[np.ndarray, "records columns"]) -> "Score | None":
+        """Score of a candidate by its columns, each in the records in which it counts; None where it takes the motion too far.
+
+        Directions of which everything else says the same have no information left, and count for nothing.
+        """
+        both = counts[:, :, None] & counts[:, None, :]
+        chosen = np.ix_(np.arange(len(counts)), columns, columns)
+        shared = (self.shared[:, :, columns] * counts[:, None, :]).sum(axis=0)
+        gradient = (self.gradient[:, columns] * counts).sum(axis=0)
+        information = (self.information[chosen] * both).sum(axis=0) - shared.T @ self.covariance @ shared
+        if not np.isfinite(information).all():
+            return None
+        size = np.sqrt(np.maximum(np.diagonal((self.square[chosen] * both).sum(axis=0)), 1e-300))
+        values, vectors = np.linalg.eigh(0.5 * (information + information.T) / np.outer(size, size))
+        fine = values > 1e-8
+        inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
+        strengths = -inverse @ gradient
+        return Score(
+            gain=float(max(-gradient @ strengths, 0.0)),
+            strengths=strengths,
+            stderr=np.sqrt(np.maximum(np.diag(inverse), 0.0)),
+            known=np.abs(vectors[:, ~fine]).max(axis=1, initial=0.0) < 0.5,
+        )
 
 
 def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Variances) -> Scorer:
@@ -133,24 +186,6 @@ def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Varian
         rows=tuple(whitened_rows(problem.chains, problem.unknowns, problem.border, linear, white)),
         local=local,
         precision=np.linalg.inv(covariance),
-    )
-
-
-def scored(gradient: np.ndarray, information: np.ndarray, whole: np.ndarray) -> Score:
-    """Score of a candidate from its gradient and information; `whole` is the information of its columns by themselves.
-
-    Directions of which everything else says the same have no information left, and count for nothing.
-    """
-    size = np.sqrt(np.maximum(np.diag(whole), 1e-300))
-    values, vectors = np.linalg.eigh(information / np.outer(size, size))
-    fine = values > 1e-8
-    inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
-    strengths = -inverse @ gradient
-    return Score(
-        gain=float(max(-gradient @ strengths, 0.0)),
-        strengths=strengths,
-        stderr=np.sqrt(np.maximum(np.diag(inverse), 0.0)),
-        known=np.abs(vectors[:, ~fine]).max(axis=1, initial=0.0) < 0.5,
     )
 
 

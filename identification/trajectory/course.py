@@ -194,11 +194,13 @@ class Signal:
         force: on the hammer, N.
         stop: place of the stop, m.
         readings: by channel, SI.
+        record: the only one in which it is not zero; None where it acts in all.
     """
 
     force: np.ndarray | None
     stop: np.ndarray | None
     readings: Mapping[str, np.ndarray]
+    record: int | None = None
 
 
 def responses(

@@ -110,8 +110,8 @@ class Chains:
         left: knot at the beginning of each segment; the one at its end is the next.
         first: whether a segment is the first of its record.
         duration: of each segment, s.
-        input_noise: declared noise of the recorded force on the hammer, N^2 s, and of the cart's recorded acceleration, (m/s^2)^2 s, in each
-            segment: variance times sampling interval; (segments, 2).
+        input_noise: declared noise of the recorded force on the hammer, N^2 s, and of the recorded acceleration of the cart, (m/s^2)^2 s:
+            variance times sampling interval; (segments, 2).
         knots: slice of the knots of each record.
         files: of the records.
         channels: compared with the model, in the order of all arrays.

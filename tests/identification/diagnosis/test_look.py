@@ -1,0 +1,36 @@
+"""Scores of several candidates at once."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.look import Look, _packed, _scored
+from tests.identification.diagnosis.candidates import probed
+
+NAMES = ("mains_hum", "gap_step", "quadratic_drag")
+"""With numbers of its own in each record, in one record alone, and in all."""
+
+
+@pytest.fixture(scope="module")
+def candidates(seen):
+    return [probed(seen, name) for name in NAMES]
+
+
+def test_signals_of_different_records_share_a_column(candidates):
+    columns, places = _packed(candidates)
+    assert all(len({signal.record for signal in each}) == len(each) for each in columns)
+    for one, each in zip(candidates, places, strict=True):
+        assert all(any(other is signal for other in columns[place]) for signal, place in zip(one.signals, each, strict=True))
+    assert len(columns) < sum(len(one.signals) for one in candidates)
+
+
+def test_scores_do_not_depend_on_what_else_is_scored_nor_on_shared_columns(seen: Look, candidates):
+    together = {one.candidate.name: one for one in _scored(seen.fitted, seen.by, candidates)}
+    for candidate in candidates:
+        apart = tuple(dataclasses.replace(signal, record=None) for signal in candidate.signals)
+        (alone,) = _scored(seen.fitted, seen.by, [dataclasses.replace(candidate, signals=apart)])
+        found = together[candidate.name]
+        assert found.gain == pytest.approx(alone.gain, rel=1e-6)
+        assert np.allclose(found.strengths, alone.strengths, rtol=1e-6, atol=1e-9)
+        assert np.array_equal(found.known, alone.known)
