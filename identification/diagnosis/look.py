@@ -259,16 +259,12 @@ def _packed(candidates: Sequence[Candidate]) -> tuple[list[list[Signal]], list[l
 
 def _joined(signals: list[Signal]) -> Signal:
     """The sum of signals that act in different records."""
-
-    def added(parts: list[np.ndarray]) -> np.ndarray | None:
-        return sum(parts[1:], start=parts[0]) if parts else None
-
-    readings = {name: added([one.readings[name] for one in signals if name in one.readings]) for one in signals for name in one.readings}
-    return Signal(
-        force=added([one.force for one in signals if one.force is not None]),
-        stop=added([one.stop for one in signals if one.stop is not None]),
-        readings=readings,
-    )
+    forces, stops = ([x for x in parts if x is not None] for parts in ([s.force for s in signals], [s.stop for s in signals]))
+    readings: dict[str, np.ndarray] = {}
+    for one in signals:
+        for name, values in one.readings.items():
+            readings[name] = readings[name] + values if name in readings else values
+    return Signal(force=np.sum(forces, axis=0) if forces else None, stop=np.sum(stops, axis=0) if stops else None, readings=readings)
 
 
 def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Candidate]) -> list[Scored]:

@@ -153,7 +153,7 @@ class Reduced:
         Directions of which everything else says the same have no information left, and count for nothing.
         """
         both = counts[:, :, None] & counts[:, None, :]
-        chosen = np.ix_(np.arange(len(counts)), columns, columns)
+        chosen = np.ix_(range(len(counts)), columns, columns)
         shared = (self.shared[:, :, columns] * counts[:, None, :]).sum(axis=0)
         gradient = (self.gradient[:, columns] * counts).sum(axis=0)
         information = (self.information[chosen] * both).sum(axis=0) - shared.T @ self.covariance @ shared
