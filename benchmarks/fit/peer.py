@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix, lil_matrix, vstack
 
 from benchmarks.fit import peer_kernel as kernel
 from benchmarks.fit.windows import Point, windows_of
-from identification.trajectory.segments import GAP_PRIOR_STD_M
+from identification.guesses.parameters import GAP_PRIOR_STD_M
 from identification.trajectory.start import Problem as Chain
 
 _CODES = {

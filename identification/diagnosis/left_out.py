@@ -137,4 +137,4 @@ def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution
     linear = Linearised(**{f.name: getattr(linear, f.name)[segments] for f in dataclasses.fields(linear)})
     lesser = dataclasses.replace(problem, chains=part, border=border)
     local = reweighed(lesser, at, linear, fitted.variances.readings)
-    return solve(part, problem.unknowns, border, problem.scales, at, local, fitted.variances.force, problem.experiment.mass)
+    return solve(part, problem.unknowns, border, problem.scales, at, local, fitted.variances.force, problem.mass(fitted.at))

@@ -234,26 +234,25 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
 
 
 def _packed(candidates: Sequence[Candidate]) -> tuple[list[list[Signal]], list[list[int]]]:
-    """Signals that share a column, since each acts in a record of its own, and the columns of every candidate's signals."""
+    """Signals by column, one that acts in a single record beside those of other records; and the columns of every candidate's signals."""
     columns: list[list[Signal]] = []
-    open_to: dict[int, int] = {}  # by record, the first column that may still take a signal of it
+    mixed: list[int] = []  # columns of signals that act in single records
+    used: dict[int, int] = {}  # by record, how many of these hold a signal of it
     places: list[list[int]] = []
-    shared: list[int] = []
     for candidate in candidates:
         places.append([])
         for signal in candidate.signals:
-            if signal.record is None:
-                place = len(columns)
+            column = len(columns)
+            if signal.record is not None:
+                number = used.get(signal.record, 0)
+                used[signal.record] = number + 1
+                if number == len(mixed):
+                    mixed.append(column)
+                column = mixed[number]
+            if column == len(columns):
                 columns.append([])
-            else:
-                turn = open_to.get(signal.record, 0)
-                open_to[signal.record] = turn + 1
-                if turn == len(shared):
-                    shared.append(len(columns))
-                    columns.append([])
-                place = shared[turn]
-            columns[place].append(signal)
-            places[-1].append(place)
+            columns[column].append(signal)
+            places[-1].append(column)
     return columns, places
 
 
@@ -269,16 +268,20 @@ def _joined(signals: list[Signal]) -> Signal:
 
 def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Candidate]) -> list[Scored]:
     chains = fitted.problem.chains
+    records = np.arange(len(chains.knots))
     packed, places = _packed(batch)
     columns = responses(by, chains, [_joined(signals) for signals in packed])
     alive = fitted.linear.done[:, None, None]
     columns = columns[0] * alive[..., None], columns[1] * alive
+    finite = np.isfinite(columns[0]).all(axis=(1, 2)) & np.isfinite(columns[1]).all(axis=1)
+    finite = np.logical_and.reduceat(finite, np.flatnonzero(chains.first), axis=0)
+    columns = tuple(np.where(finite[chains.record][:, *[None] * (one.ndim - 2)], one, 0.0) for one in columns)
     best: list[Scored | None] = [None] * len(batch)
     for each in scorers:
         reduced = each.reduced(each.score(*columns))
-        for index, (one, place) in enumerate(zip(batch, places, strict=True)):
-            acts = [np.full(len(chains.knots), True) if s.record is None else np.arange(len(chains.knots)) == s.record for s in one.signals]
-            score = reduced.scored(place, np.stack(acts, axis=1))
+        for index, (one, column) in enumerate(zip(batch, places, strict=True)):
+            active = np.stack([np.isin(records, records if s.record is None else s.record) for s in one.signals], axis=1)
+            score = reduced.scored(column, active) if finite[:, column][active].all() else None
             if score is None:
                 continue
             wrong_way = bool(one.members) and not one.members[0].probe.either_sign and score.strengths[0] < 0

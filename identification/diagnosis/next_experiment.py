@@ -21,10 +21,11 @@ from identification.diagnosis.decide import IDENTIFIED
 from identification.estimation.prediction import PERIODS
 from identification.experiment import Experiment
 from identification.guesses.motion import driving_channels
+from identification.guesses.parameters import GAP_PRIOR_STD_M
 from identification.result.result import RecordFit
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate
-from identification.trajectory.segments import GAP_PRIOR_STD_M, at_ceiling
+from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import Problem
 from identification.wording.names import plain_name
 from identification.wording.numbers import joined, significant, with_unit

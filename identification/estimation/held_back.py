@@ -48,7 +48,7 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[
     problem = with_variation(problem, varying)
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])
     own = problem.border.own.copy()
-    own[:, OF_RECORD.index("gap_error")] = problem.model.has_stop
+    own[:, OF_RECORD.index("gap_error")] = problem.model.has_stop  # that of a missing stop is held, and says nothing of these gaps
     held = dataclasses.replace(problem.border, shared=np.zeros(len(shared), bool), own=own)
     problem = dataclasses.replace(problem, border=held, start=dataclasses.replace(problem.start, shared=shared))
     begin = _begin(fitted, problem)
@@ -152,7 +152,7 @@ def filtered_state(fitted: Fitted, index: int, segments: int) -> Float[np.ndarra
         own_precision=border.own_precision[one],
     )
     estimate = Estimate(states=at.states[knots], force=at.force[knots], shared=at.shared, own=at.own[one])
-    found = solve(past, problem.unknowns, border, problem.scales, estimate, local, fitted.variances.force, problem.experiment.mass)
+    found = solve(past, problem.unknowns, border, problem.scales, estimate, local, fitted.variances.force, problem.mass(at))
     return estimate.states[-1] + found.knots[-1, :-1]
 
 

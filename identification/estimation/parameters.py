@@ -174,7 +174,7 @@ def profile_rise(fitted: Fitted, shifts: Mapping[int, float], *, steps: int = 3)
 def deviance(fitted: Fitted, force: RandomForce) -> float:
     """-2 log restricted likelihood of a fit under another random force."""
     p = fitted.problem
-    return solve(p.chains, p.unknowns, p.border, p.scales, fitted.at, fitted.local, force, p.experiment.mass).deviance
+    return solve(p.chains, p.unknowns, p.border, p.scales, fitted.at, fitted.local, force, p.mass(fitted.at)).deviance
 
 
 def _why_not(fitted: Fitted, name: str) -> str:
@@ -252,7 +252,7 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
         free[:, varying] = False
         fixed = dataclasses.replace(problem, border=dataclasses.replace(problem.border, own=free))
         local = reweighed(fixed, fitted.at, fitted.linear, fitted.variances.readings)
-        force, mass = fitted.variances.force, problem.experiment.mass
+        force, mass = fitted.variances.force, problem.mass(fitted.at)
         solution = solve(problem.chains, unknowns, fixed.border, problem.scales, fitted.at, local, force, mass)
         for place in varying:
             index = unknowns.index(unknowns.own[place].partition(".")[2])

@@ -3,8 +3,10 @@
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
 stretch is `PERIODS` long, counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
-which it follows the whole record best: beside a random force, a state is known from the samples near it alone. Where noise of a recorded
-input moves the hammer, and no other force is missing, a stretch is one segment: the input is then what the fit has made of it.
+which it follows the whole record best: beside a random force, a state is known from the samples near it alone.
+
+Where no random force is left, chi-square is that of the smoothed motion, unless impacts follow each other in the free one: noise of a recorded
+input moves the hammer off the free motion, and a long flight without a spring shows the smallest force that a fit leaves.
 """
 
 import dataclasses
@@ -16,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
-from identification.guesses.motion import driving_channels
+from identification.guesses.motion import driving_channels, input_noise
 from identification.result.result import Nuisance, RecordFit
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
@@ -121,9 +123,7 @@ def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "kno
     """Records with the motion from given states at the beginnings of their stretches."""
     problem, at = fitted.problem, fitted.at
     pieces, segments = pieces_of(problem, at)
-    if noisy := vanishes(problem, fitted.variances.force) and bool(problem.chains.input_noise.any()):
-        pieces, segments = chains_of(problem.experiment.records, problem.chains.samples, rest=problem.rest), 1
-    stretches = [_stretches(problem, at, index, pieces, noisy=noisy) for index in places]
+    stretches = [_stretches(problem, at, index, pieces) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
     owner = pieces.record[begin]
@@ -136,8 +136,7 @@ def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "kno
             series[name][one.piece] = one.readings[:, column]
         series["u"][one.piece], series["relative_velocity"][one.piece], contact[one.piece] = one.u, one.v, one.in_contact
     window = np.zeros((len(pieces.record), samples), int)
-    own_state = ~(noisy & pieces.input_noise[begin].any(axis=1)) | np.isin(begin, first)  # others go on from the stretch before
-    for number, piece, length in zip(np.cumsum(own_state) - 1, begin, count, strict=True):
+    for number, (piece, length) in enumerate(zip(begin, count, strict=True)):
         window[piece : piece + length] = number
 
     def along(index: int, record: Record) -> RecordFit:
@@ -175,12 +174,11 @@ def strikes(problem: Problem, at: Estimate, index: int) -> bool:
     return recorded or bool((at.states[problem.chains.knots[index], 0] > gap).any())
 
 
-def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains, *, noisy: bool) -> tuple[np.ndarray, np.ndarray]:
-    """First piece of each stretch of a record, and how many it has: one each where the noise of an input counts."""
+def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains) -> tuple[np.ndarray, np.ndarray]:
+    """First piece of each stretch of a record, and how many it has."""
     part, hz = pieces.of_record(index), frequency(problem, at, problem.experiment.records[index])
     length, whole = float(np.median(pieces.duration[part])), part.stop - part.start
     each = max(1, round(PERIODS / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
-    each = 1 if noisy and pieces.input_noise[part].any() else each
     begin = np.arange(part.start, part.stop, each)
     return begin, np.minimum(each, part.stop - begin)
 
@@ -204,6 +202,9 @@ def _record_fit(
         error = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
         rms, spread = float(np.sqrt(np.nanmean(error**2))), float(np.nanstd(record.channels[name]))
         nrmse[name], chi2[name] = rms / spread if spread > 0.0 else np.nan, (rms / record.noise[name]) ** 2
+    smoothed = any(input_noise(record)) or not strikes(fitted.problem, fitted.at, index)
+    if smoothed and vanishes(fitted.problem, fitted.variances.force):
+        chi2 = {name: value for name, value in _smoothed_chi2(fitted, index).items() if name in chi2}
     return RecordFit(
         file=record.file,
         kind=record.kind,
@@ -221,6 +222,14 @@ def _record_fit(
         window=window,
         notices=record.notices,
     )
+
+
+def _smoothed_chi2(fitted: Fitted, index: int) -> dict[str, float]:
+    """Mean squared residual of the smoothed motion over the noise variance, by channel of a record."""
+    chains = fitted.problem.chains
+    part = chains.of_record(index)
+    counts, squares = chains.weight[part] > 0, fitted.linear.residual[part] ** 2
+    return {name: float(np.mean(squares[..., c][counts[..., c]])) for c, name in enumerate(chains.channels) if counts[..., c].any()}
 
 
 def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:

@@ -183,6 +183,25 @@ def driving_channels(record: Record) -> frozenset[str]:
     return frozenset(("applied_force", *cart, *motion))
 
 
+def driven_by(record: Record) -> frozenset[str]:
+    """Recorded inputs that move a hammer which is free to move: the force on it, and the motion of the cart."""
+    if record.kind == "prescribed":
+        return frozenset()
+    force = ("applied_force",) if record.kind == "forced" else ()
+    cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
+    return frozenset((*force, *cart)) & set(record.channels)
+
+
+def input_noise(record: Record) -> tuple[float, float]:
+    """Intensity of the declared noise of a recorded force, N^2 s, and of a recorded acceleration of the cart, (m/s^2)^2 s.
+
+    Variance times sampling interval; 0 of an input without a declared noise: what looks like noise may well drive the hammer.
+    """
+    declared, dt = driven_by(record) - record.noise_estimated, float(np.median(np.diff(record.time)))
+    force, base = (record.noise.get(name, 0.0) if name in declared else 0.0 for name in ("applied_force", "cart_acceleration"))
+    return force**2 * dt, base**2 * dt
+
+
 def prescribed_motion(record: Record) -> SampledMotion:
     """Recorded motion of the hammer relative to the cart: a quintic smoothing spline whose residual equals the noise."""
     u = relative_displacement(record)

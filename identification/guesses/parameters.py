@@ -25,12 +25,18 @@ _DEEP = 0.3
 """Depth over the largest indentation above which samples give the stiffness."""
 
 
+GAP_PRIOR_STD_M = 1e-3
+"""Prior standard deviation of the gap's setting error, m."""
+_CLEARLY = 4.0
+"""By how much gaps must be less likely by one sensor than by another, in -2 log prior, for the other to count: two standard deviations."""
+
+
 def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> tuple[dict[str, float], np.ndarray]:
     """Every shared parameter by name, and the gap errors of the records, m.
 
-    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell and
-    off the hammer's inertia; of the two, the one counts by which the stops are where they were set, since a cell that is late or cut off
-    bends the loops of force over indentation, and so does an acceleration that is smoothed.
+    A parameter takes the operator's value if given, else that of the data, else its start value. The contact is read off the load cell, or
+    off the hammer's inertia where there is no cell, or where the cell asks for gaps that an operator does not set: one whose time constant
+    exceeds the impact shows the stop millimetres away.
     """
     records = list(experiment.records)
     wanted = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
@@ -44,9 +50,16 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     values |= wanted
     model = model.replace(values)
     free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
-    found = [contact_start(model, records, motions, free, load_cell=load_cell) for load_cell in (True, False)]
-    read = min((one for one in found if one is not None), key=lambda one: float(one[1] @ one[1]), default=({}, np.zeros(len(records))))
+    cell, inertia = (contact_start(model, records, motions, free, load_cell=load_cell) for load_cell in (True, False))
+    read = cell or inertia or ({}, np.zeros(len(records)))
+    if cell is not None and inertia is not None and _unlikely(cell[1]) - _unlikely(inertia[1]) > _CLEARLY:
+        read = inertia
     return values | read[0], read[1]
+
+
+def _unlikely(gap_errors: np.ndarray) -> float:
+    """-2 log prior of setting errors, m."""
+    return float(np.sum((gap_errors / GAP_PRIOR_STD_M) ** 2))
 
 
 def contact_start(

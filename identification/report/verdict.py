@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from identification.estimation.held_back import has_signal, rms_nrmse
+from identification.guesses.motion import input_noise
 from identification.result.evidence import BY_NOISE, ONE_CHANNEL, OVERALL, chi2_limit
 from identification.result.result import NOT_IDENTIFIABLE, Added, FitResult, SensorError, residual
 from identification.wording.names import spoken, symbol_text
@@ -134,8 +135,11 @@ def contradicting(result: FitResult) -> str:
 
 
 def parts(result: FitResult) -> Iterator[Part]:
-    """Every channel that was fitted, in flight and in contact."""
+    """Every channel that was fitted, in flight and in contact, but of records whose free motion the noise of their input takes astray."""
+    astray = {record.file for record in result.experiment.records if any(input_noise(record))}
     for record in result.records:
+        if record.file in astray:
+            continue
         for channel in record.chi2_reduced:
             r = residual(record, channel)
             for phase, chosen in (("flight", ~record.in_contact), ("contact", record.in_contact)):

@@ -177,7 +177,7 @@ def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Varian
     white = whitenings(problem.chains, linear, variances.readings)
     local = reweighed(problem, at, linear, variances.readings)
     solution = solved(problem, at, local, variances.force)
-    covariance = motion_covariance(problem.chains, problem.scales, variances.force, problem.experiment.mass)
+    covariance = motion_covariance(problem.chains, problem.scales, variances.force, problem.mass(at))
     return Scorer(
         problem=problem,
         linear=linear,

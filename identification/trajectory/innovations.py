@@ -80,7 +80,7 @@ def _motion_alone(fitted: Fitted) -> tuple[Float[np.ndarray, "segments inside in
     """Information and gradient of three knots by the equations of motion and of the random force."""
     problem, chains, at, force, local = fitted.problem, fitted.problem.chains, fitted.at, fitted.variances.force, fitted.local
     inside, size = 3 * (len(problem.unknowns.states) + 1), len(problem.unknowns.states) + 1
-    weight = np.linalg.inv(motion_covariance(chains, problem.scales, force, problem.experiment.mass))
+    weight = np.linalg.inv(motion_covariance(chains, problem.scales, force, problem.mass(fitted.at)))
     rows = local.defect[..., :inside]
     turned = rows.swapaxes(1, 2) @ weight
     gram, right = turned @ rows, (turned @ local.gap[..., None])[..., 0]

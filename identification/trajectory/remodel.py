@@ -116,8 +116,8 @@ def _inside(p, value: float) -> float:
 def _border(problem: Problem, model: Model, own_names: tuple[str, ...], new, kept, start: Estimate) -> Border:
     """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new.
 
-    A stop that the nominal model lacks stands at a distance of its own from the gap as set in the first record; in the others, that was
-    set with an error.
+    The place of a stop that the nominal model lacks is counted from the gap as set in the record that reaches farthest beyond it; in the
+    others, the gap was set with an error.
     """
     border, before = problem.border, problem.unknowns
     places = [before.index(p.name) for p in kept]
@@ -140,7 +140,8 @@ def _border(problem: Problem, model: Model, own_names: tuple[str, ...], new, kep
             own_scale[place] = float(np.abs(start.own[:, place]).max()) or of_effects[name].scale
             own_strengths[place] = True
     if isinstance(model.law, NoContact):
-        own[1:, OF_RECORD.index("gap_error")] = model.has_stop
+        beyond = [start.states[one, 0].max() - r.gap for one, r in zip(problem.chains.knots, problem.experiment.records, strict=True)]
+        own[:, OF_RECORD.index("gap_error")] = model.has_stop & (np.arange(records) != np.argmax(beyond))
     return dataclasses.replace(
         border,
         shared=shared(border.shared, [not p.searched for p in new]),

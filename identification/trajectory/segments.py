@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
-from identification.guesses.motion import driving_channels, inputs_of, part
+from identification.guesses.motion import driving_channels, input_noise, inputs_of, part
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.excitation import SampledForce, SampledMotion
@@ -31,8 +31,6 @@ MOVED_BETWEEN_KNOTS = 0.3
 """Displacement between knots by the noise of a recorded input, over the sensor's noise, at most."""
 CEILING_SAMPLES, CEILING_RUN = 20, 4
 """Samples at one extreme value, in all and in a row, by which a channel counts as cut off there."""
-GAP_PRIOR_STD_M = 1e-3
-"""Prior standard deviation of the gap's setting error, m."""
 OF_RECORD = ("base_sine", "base_cosine", "gap_error")
 """Own to each record: y = base_sine sin(Omega t) + base_cosine cos(Omega t), m, and the setting error of the gap, m."""
 VARIATION = "variation."
@@ -110,8 +108,7 @@ class Chains:
         left: knot at the beginning of each segment; the one at its end is the next.
         first: whether a segment is the first of its record.
         duration: of each segment, s.
-        input_noise: declared noise of the recorded force on the hammer, N^2 s, and of the recorded acceleration of the cart, (m/s^2)^2 s:
-            variance times sampling interval; (segments, 2).
+        input_noise: in each segment; (segments, 2). See `identification.guesses.motion.input_noise`.
         knots: slice of the knots of each record.
         files: of the records.
         channels: compared with the model, in the order of all arrays.
@@ -178,8 +175,8 @@ def _takes_approach_speed(model: Model) -> bool:
 def samples_of_a_segment(records: Sequence[Record], fastest_hz: float, *, mass: float, resolution: float) -> int:
     """Samples from one knot to the next: a part of the shortest period, and `FEWEST_SAMPLES` where a period has enough of them.
 
-    Fewer where noise of a recorded input, which is taken to act at the knots, would move the hammer in between by as much as its sensor
-    tells, (q T^3 / 3)^(1/2): see `motion_covariance`.
+    Where noise of a recorded input moves the hammer, (q T^3 / 3)^(1/2) in a segment of length T (see `motion_covariance`), no more than
+    keep that below `MOVED_BETWEEN_KNOTS`, but never fewer than `FEWEST_SAMPLES`.
 
     Args:
         records: of the experiment.
@@ -190,7 +187,7 @@ def samples_of_a_segment(records: Sequence[Record], fastest_hz: float, *, mass: 
     dt = min(float(np.median(np.diff(record.time))) for record in records)
     period = 1.0 / (fastest_hz * dt) if fastest_hz > 0 else np.inf  # samples
     wanted = period / SEGMENTS_PER_PERIOD if fastest_hz > 0 else 0.0
-    noise = max(force / mass**2 + base for force, base in map(_input_noise, records))
+    noise = max(force / mass**2 + base for force, base in map(input_noise, records))
     still = np.cbrt(3.0 * (MOVED_BETWEEN_KNOTS * resolution) ** 2 / noise) / dt if noise > 0.0 else np.inf
     return max(1, round(min(max(min(wanted, still), FEWEST_SAMPLES), period / FEWEST_SEGMENTS_PER_PERIOD)))
 
@@ -235,7 +232,7 @@ def chains_of(
         left=np.concatenate(left),
         first=np.concatenate(first),
         duration=ts[:, -1] - ts[:, 0],
-        input_noise=np.array([_input_noise(record) for record in records])[np.concatenate(owner)],
+        input_noise=np.array([input_noise(record) for record in records])[np.concatenate(owner)],
         knots=tuple(knots),
         files=tuple(record.file for record in records),
         channels=channels,
@@ -243,14 +240,6 @@ def chains_of(
         weight=joined("weight"),
         readings=np.sum(readings, axis=0),
     )
-
-
-def _input_noise(record: Record) -> tuple[float, float]:
-    """See `Chains.input_noise`; 0 of an input without a declared noise: what looks like noise of an input may well drive the hammer."""
-    declared = driving_channels(record) & set(record.channels) - record.noise_estimated
-    dt = float(np.median(np.diff(record.time)))
-    force, base = (record.noise.get(name, 0.0) if name in declared else 0.0 for name in ("applied_force", "cart_acceleration"))
-    return force**2 * dt, base**2 * dt
 
 
 def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:

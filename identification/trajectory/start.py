@@ -12,20 +12,21 @@ from identification.guesses.declared_model import check_precision, check_wishes,
 from identification.guesses.fitted_part import from_release
 from identification.guesses.motion import (
     Kinematics,
+    driven_by,
     driving_channels,
     harmonic_acceleration,
     harmonic_start,
+    input_noise,
     inputs_of,
     kinematics,
     relative_displacement,
 )
-from identification.guesses.parameters import first_guesses
+from identification.guesses.parameters import GAP_PRIOR_STD_M, first_guesses
 from identification.guesses.unseen_motion import integrated_motions, unseen_bases
 from identification.trajectory.chain_equations import Border, Scales
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import (
     APPROACH_SPEED,
-    GAP_PRIOR_STD_M,
     OF_RECORD,
     Chains,
     Unknowns,
@@ -81,6 +82,10 @@ class Problem:
     motions: tuple[Kinematics | None, ...]
     start: Estimate
 
+    def mass(self, at: Estimate) -> float:
+        """Of the hammer, kg: as stated, or as estimated."""
+        return self.values(at).get(MASS.name, self.experiment.mass)
+
     def values(self, at: Estimate) -> dict[str, float]:
         """Shared parameters by name, SI."""
         return {name: float(np.exp(x)) if log else float(x) for (name, log), x in zip(self.unknowns.shared, at.shared, strict=True)}
@@ -108,6 +113,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     model = nominal_model(experiment, law)
     if isinstance(model.law, NoContact):
         records = thinned(records)
+    records = [_with_input_noise(record, experiment.mass) for record in records]
     experiment = dataclasses.replace(experiment, records=tuple(records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
@@ -175,12 +181,21 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     )
 
 
+def _with_input_noise(record: Record, mass: float) -> Record:
+    """The record with noise of a recorded force, m/s^2 on the hammer, in its acceleration, which the model takes from that force."""
+    force, _ = input_noise(record)
+    if not force or "hammer_acceleration" not in record.noise:
+        return record
+    noise = float(np.hypot(record.noise["hammer_acceleration"], record.noise["applied_force"] / mass))
+    return dataclasses.replace(record, noise=record.noise | {"hammer_acceleration": noise})
+
+
 def step_in_flight(records: Sequence[Record], model: Model, fastest_hz: float) -> float:
     """Longest step, s: a part of the period of the fastest vibration, and no longer than the sampling interval of a recorded input.
 
     Between longer steps the noise of an input would not average out.
     """
-    recorded = [record for record in records if record.base == "measured" or record.kind == "forced"]
+    recorded = [record for record in records if driven_by(record)]
     step = float(flight_step(model.effects, max(fastest_hz, 1e-6), a_period=FLIGHT_STEPS))
     return min([step, *(float(np.median(np.diff(record.time))) for record in recorded)])
 

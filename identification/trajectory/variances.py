@@ -79,7 +79,7 @@ def reweighed(problem: Problem, at: Estimate, linear: Linearised, readings: tupl
 
 def solved(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> Solution:
     """The equations of a problem under a random force."""
-    return solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.experiment.mass)
+    return solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.mass(at))
 
 
 def coloured(
@@ -122,7 +122,7 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
         try:
-            found = deviance(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, tried, problem.experiment.mass)
+            found = deviance(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, tried, problem.mass(at))
         except np.linalg.LinAlgError:
             return _INDEFINITE
         return found + 10.0 * float(np.sum((logs - inside) ** 2))
@@ -160,7 +160,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
     Quasi-Newton steps in log force, log memory, log innovations and the inverse hyperbolic tangents of partial autocorrelations. The
     gradient by a reading error is that of its likelihood with expected products (Fisher's identity); by the force, a difference quotient.
     """
-    chains, unknowns, border, mass = problem.chains, problem.unknowns, problem.border, problem.experiment.mass
+    chains, unknowns, border, mass = problem.chains, problem.unknowns, problem.border, problem.mass(at)
     limit, (low, high) = largest_pole(problem), _force_range(problem)
     free = [one.free(limit) for one in begin.readings]
     ends = np.cumsum([2, *(len(one) for one in free)])

@@ -34,3 +34,17 @@ def test_scores_do_not_depend_on_what_else_is_scored_nor_on_shared_columns(seen:
         assert found.gain == pytest.approx(alone.gain, rel=1e-6)
         assert np.allclose(found.strengths, alone.strengths, rtol=1e-6, atol=1e-9)
         assert np.array_equal(found.known, alone.known)
+
+
+@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
+def test_a_candidate_that_takes_the_motion_too_far_takes_no_other_along(seen: Look, candidates):
+    """Though they share a column."""
+    hum, step, _ = candidates
+    (signal,) = step.signals
+    other = 1 - signal.record
+    there = np.where(seen.fitted.problem.chains.record == other, np.inf, 0.0)[:, None]
+    wild = dataclasses.replace(step, signals=(dataclasses.replace(signal, stop=np.where(there, there, 0.0 * signal.stop), record=other),))
+    (alone,) = _scored(seen.fitted, seen.by, [step])
+    (found,) = _scored(seen.fitted, seen.by, [step, wild])
+    assert found.candidate is step
+    assert found.gain == alone.gain
