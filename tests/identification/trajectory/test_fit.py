@@ -7,12 +7,12 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import fit, settled
+from identification.trajectory.fit import _rank, fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import SMALLEST_FORCE, Variances, is_no_mode
+from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 
@@ -121,3 +121,14 @@ def test_a_model_does_not_gain_by_comparing_fewer_readings(vibrating):
     lost = whole.local.samples - part.local.samples
     assert whole.solution.deviance - part.solution.deviance > 3.0 * lost
     assert abs(whole.deviance - part.deviance) < 0.5 * lost
+
+
+def test_of_two_ends_a_converged_one_counts_then_a_mode_then_the_likelier_one(vibrating):
+    found = fit(vibrating, both=False)
+    force = RandomForce(std=LARGEST_FORCE * vibrating.scales.force, memory=0.1)
+    likelier = dataclasses.replace(found.solution, deviance=found.solution.deviance - 1.0)
+    at_limit = dataclasses.replace(found, solution=likelier, variances=dataclasses.replace(found.variances, force=force))
+    lost = dataclasses.replace(found, converged=False)
+    likelier_lost = dataclasses.replace(lost, solution=likelier)
+    ends = [lost, at_limit, likelier_lost, found]
+    assert [id(one) for one in sorted(ends, key=_rank)] == [id(one) for one in (found, at_limit, likelier_lost, lost)]
