@@ -179,7 +179,7 @@ def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weig
 def _free(seen: Look) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
     forms = seen.free[:_FORMS]
-    weighed = all_weighed_anew(seen, [one.candidate for one in forms])
+    weighed = all_weighed_anew(seen, forms)
     found = [(one, anew, seen.deviance - anew.deviance) for one, anew in zip(forms, weighed, strict=True) if anew is not None]
     return tuple(sorted(found, key=lambda one: -one[2]))
 

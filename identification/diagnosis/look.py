@@ -60,13 +60,14 @@ class Candidate:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Scored:
-    """A candidate with its score."""
+    """A candidate with its score; see `Score`."""
 
     candidate: Candidate
     gain: float
     strengths: np.ndarray
     stderr: np.ndarray
     known: np.ndarray
+    directions: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -172,16 +173,20 @@ def limit_warning(among: Collection[str]) -> tuple[str, ...]:
     return (f"{LIMITED}: of the listed effects, {text}",)
 
 
-def weighed_anew(seen: Look, one: Candidate | None) -> Reestimated:
+def weighed_anew(seen: Look, one: Scored | None) -> Reestimated:
     """The model with a candidate at first order, or without any, and all variances estimated anew."""
-    columns = responses(seen.by, seen.fitted.problem.chains, [] if one is None else list(one.signals))
-    return reestimated(seen.fitted, *columns, seen.fitted.variances)
+    columns = responses(seen.by, seen.fitted.problem.chains, [] if one is None else list(one.candidate.signals))
+    if one is None or one.directions is None:
+        return reestimated(seen.fitted, *columns, seen.fitted.variances)
+    told = one.directions
+    found = reestimated(seen.fitted, columns[0] @ told, columns[1] @ told, seen.fitted.variances)
+    return dataclasses.replace(found, strengths=told @ found.strengths, covariance=told @ found.covariance @ told.T)
 
 
-def all_weighed_anew(seen: Look, candidates: Sequence[Candidate]) -> list[Reestimated | None]:
+def all_weighed_anew(seen: Look, candidates: Sequence[Scored]) -> list[Reestimated | None]:
     """Every candidate `weighed_anew`, side by side; None for one that takes the motion too far at first order to be weighed."""
 
-    def one(candidate: Candidate) -> Reestimated | None:
+    def one(candidate: Scored) -> Reestimated | None:
         try:
             return weighed_anew(seen, candidate)
         except np.linalg.LinAlgError:
@@ -288,7 +293,7 @@ def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Cand
             gain = 0.0 if wrong_way else score.gain
             known = best[index]
             if known is None or gain > known.gain:
-                best[index] = Scored(candidate=one, gain=gain, strengths=score.strengths, stderr=score.stderr, known=score.known)
+                best[index] = Scored(candidate=one, **vars(dataclasses.replace(score, gain=gain)))
     return [one for one in best if one is not None]
 
 

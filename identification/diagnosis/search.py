@@ -292,7 +292,7 @@ def _is_taken(one: Alternative) -> bool:
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain."""
     shortlist, found = _shortlist(seen), []
-    for scored, weighed in zip(shortlist, all_weighed_anew(seen, [one.candidate for one in shortlist]), strict=True):
+    for scored, weighed in zip(shortlist, all_weighed_anew(seen, shortlist), strict=True):
         if weighed is None:
             continue
         one = Alternative(

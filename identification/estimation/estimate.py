@@ -162,11 +162,11 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formu
         if not seen.listed:
             channels = joined(list(found.problem.chains.channels))
             raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
-        best = seen.listed[0].candidate
+        scored, best = seen.listed[0], seen.listed[0].candidate
         places.append(best.channel or best.members[0].record or "")
         possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
         progress(f"fitting the model with {name}")
-        found = polished(augmented(seen, best, weighed_anew(seen, best).strengths, progress=progress))
+        found = polished(augmented(seen, best, weighed_anew(seen, scored).strengths, progress=progress))
     gain = 0.5 * (nominal.deviance - found.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(

@@ -20,8 +20,8 @@ from identification.trajectory.variances import Variances, annealed, coloured, r
 
 _NO_GAIN = 1.0
 """Fall of -2 log likelihood in a round, below which variances have been found."""
-_WEAK = 1e-6
-"""Prior precision of a strength in units of the probing strength: columns that the records cannot tell apart stay small."""
+_LEAST_INFORMATION = 1e-8
+"""Of columns once everything else has been eliminated, over that of the columns by themselves: less than that is rounding."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -32,12 +32,14 @@ class Score:
         gain: of twice the log likelihood, with all other unknowns at their optimum and the variances held.
         strengths, stderr: of its columns, over their probing strengths.
         known: whether the records tell each strength from everything else; (columns,).
+        directions: combinations of columns that they do tell; (columns, combinations). None where those are all.
     """
 
     gain: float
     strengths: np.ndarray
     stderr: np.ndarray
     known: np.ndarray
+    directions: np.ndarray | None
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -161,7 +163,7 @@ class Reduced:
             return None
         size = np.sqrt(np.maximum(np.diagonal((self.square[chosen] * both).sum(axis=0)), 1e-300))
         values, vectors = np.linalg.eigh(0.5 * (information + information.T) / np.outer(size, size))
-        fine = values > 1e-8
+        fine = values > _LEAST_INFORMATION
         inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
         strengths = -inverse @ gradient
         return Score(
@@ -169,6 +171,7 @@ class Reduced:
             strengths=strengths,
             stderr=np.sqrt(np.maximum(np.diag(inverse), 0.0)),
             known=np.abs(vectors[:, ~fine]).max(axis=1, initial=0.0) < 0.5,
+            directions=None if fine.all() else vectors[:, fine] / size[:, None],
         )
 
 
@@ -254,7 +257,7 @@ def _with_columns(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> tuple[Pr
         "shared": True,
         "shared_scale": 1.0,
         "shared_mean": 0.0,
-        "shared_precision": _WEAK,
+        "shared_precision": 0.0,
         "lower": -np.inf,
         "upper": np.inf,
         "strengths": True,
