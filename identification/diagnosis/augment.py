@@ -95,10 +95,10 @@ def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str
 def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
     """The problem with a free form in the model, and its estimate by the model without.
 
-    None where it is no function of the motion alone, as the stop's path in each record.
+    None where it is no function of the motion alone, as the stop's path or a vibration in each record.
     """
     form = candidate.form
-    if form is None or form.quantity == "stop":
+    if form is None or form.quantity == "stop" or form.coordinate == "frequency":
         return None
     knots = np.unique(form.columns[:, 0])
     effect = FreeForm(

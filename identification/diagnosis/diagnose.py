@@ -208,7 +208,10 @@ def _beyond_noise(fitted: Fitted, *, declared: bool = True) -> dict[str, float]:
 
 def _is_unexplained(left: Free, forms: int) -> bool:
     """Whether the best of so many free forms gains more than noise alone gives one."""
-    return bool(left) and chance(left[0][2], len(left[0][0].candidate.signals), forms) < LEVEL
+    if not left:
+        return False
+    form, gain = left[0][0].candidate, left[0][2]
+    return chance(gain, len(form.signals), forms * form.tried) < LEVEL
 
 
 def _with_prediction(
@@ -230,7 +233,12 @@ def _with_prediction(
                 fitted = polished(continued(*form, final, progress), progress=progress)
                 gain = final.deviance - fitted.deviance if fitted.converged else gain
                 evidence = judge.evidence(
-                    final, fitted, gain + judge.held_back_gain(final, fitted), len(scored.candidate.signals), forms, in_turn=False
+                    final,
+                    fitted,
+                    gain + judge.held_back_gain(final, fitted),
+                    len(scored.candidate.signals),
+                    forms * scored.candidate.tried,
+                    in_turn=False,
                 )
                 gain = 0.0 if decide(evidence) else evidence.gain
                 if fitted.converged:

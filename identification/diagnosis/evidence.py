@@ -83,7 +83,8 @@ class Judge:
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)
         if free:
-            evidence = dataclasses.replace(evidence, left=free[0][2], left_degrees=len(free[0][0].candidate.signals), forms=forms)
+            form, left = free[0][0].candidate, free[0][2]
+            evidence = dataclasses.replace(evidence, left=left, left_degrees=len(form.signals), forms=forms * form.tried)
         return decide(evidence)
 
     def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, in_turn: bool = True) -> Evidence:

@@ -1,7 +1,8 @@
-"""Free forms: what no listed effect says, as smooth functions of one coordinate of the motion.
+"""Free forms: what no listed effect says, as smooth functions of one coordinate of the motion, or as a vibration of its own.
 
 Hats on a grid: a force of place and direction, a force of speed, a force of indentation and direction, a slow path of the stop, and the
-error of a reading over its own value. With everything that acts in the model, none of them gains more than chance does.
+error of a reading over its own value; and a force at one frequency, with another size and phase in every record. With everything that acts
+in the model, none of them gains more than chance does.
 """
 
 import dataclasses
@@ -9,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from identification.diagnosis.scales import lines_of_force
 from identification.diagnosis.signals import on_segments
 from identification.trajectory.course import Course, Signal
 from identification.trajectory.fit import Fitted
@@ -27,13 +29,14 @@ class Form:
     """One free form.
 
     Attributes:
-        coordinate: "displacement", "velocity", "indentation", "time" or "reading".
+        coordinate: "displacement", "velocity", "indentation", "time", "frequency" or "reading".
         quantity: "force", "stop" or a channel.
         unit: of the coordinate.
         knots: where its hats stand; (knots,).
         columns: knot, and direction of u' (1, -1, or 0 for both) or record, of each column; (columns, 2).
         size: value that a column's strength of one stands for, SI.
         signals: of the columns.
+        tried: places among which it was the best.
     """
 
     coordinate: str
@@ -43,6 +46,7 @@ class Form:
     columns: np.ndarray
     size: float
     signals: tuple[Signal, ...]
+    tried: int = 1
 
     @property
     def name(self) -> str:
@@ -87,6 +91,9 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
         deep = scales.deepest * np.array([-0.5, 0.0, 0.5, 1.0])
         yield of_force("indentation", "m", deep, lambda c: c.motion.indentation, ways)
         yield _paths(fitted)
+    lines, searched = lines_of_force(fitted, scales, range(len(records)))
+    if lines:
+        yield _vibration(fitted, lines[0], searched)
     for channel in chains.channels:
         values = [np.asarray(course.readings[channel]) for course in courses]
         low, high = np.quantile(np.concatenate([one[:n] for one, n in zip(values, lengths, strict=True)]), [0.005, 0.995])
@@ -103,6 +110,29 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
             size=noise,
             signals=tuple(Signal(force=None, stop=None, readings={channel: np.concatenate(parts)}) for parts in zip(*made, strict=True)),
         )
+
+
+def _vibration(fitted: Fitted, hz: float, searched: int) -> Form:
+    """A force at one frequency: cosine and sine in every record."""
+    chains, records = fitted.problem.chains, fitted.problem.experiment.records
+    size, signals, columns = fitted.problem.scales.force, [], []
+    for index, record in enumerate(records):
+        angle = 2.0 * np.pi * hz * (record.time - record.time[0])
+        for wave in (np.cos(angle), np.sin(angle)):
+            force = np.zeros((len(chains.left), chains.samples + 1))
+            force[chains.of_record(index)] = on_segments(chains, index, size * wave)
+            signals.append(Signal(force=force, stop=None, readings={}, record=index))
+            columns.append((0, index))
+    return Form(
+        coordinate="frequency",
+        quantity="force",
+        unit="Hz",
+        knots=np.array([hz]),
+        columns=np.array(columns),
+        size=size,
+        signals=tuple(signals),
+        tried=searched,
+    )
 
 
 def _paths(fitted: Fitted) -> Form:

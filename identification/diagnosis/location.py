@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification.diagnosis.diagnosis import Location, Profile
+from identification.diagnosis.free_forms import Form
 from identification.diagnosis.look import Look, Scored
 from identification.result.result import NO_WINDOW, RecordFit
 from identification.trajectory.additions import Reestimated
@@ -109,6 +110,8 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     """
     form = scored.candidate.form
     assert form is not None
+    if form.coordinate == "frequency":
+        return _line(form, weighed, explained)
     knots = np.unique(form.columns[:, 0])
     precision = 1.0 / np.maximum(np.diag(weighed.covariance), 1e-300)
     shares = np.where(form.columns[:, 0] == knots[:, None], 1.0 if _by_direction(scored) else precision, 0.0)
@@ -133,12 +136,28 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     )
 
 
+def _line(form: Form, weighed: Reestimated, explained: float) -> Profile:
+    """Root mean square of a vibration over all records."""
+    square = float(weighed.strengths @ weighed.strengths)
+    rms = form.size * np.sqrt(square / len(weighed.strengths))
+    slope = form.size * weighed.strengths / np.sqrt(max(square, 1e-300) * len(weighed.strengths))
+    return Profile(
+        coordinate=form.coordinate,
+        unit=form.unit,
+        quantity=form.quantity,
+        center=form.knots,
+        mean=np.array([rms]),
+        stderr=np.sqrt(np.array([slope @ weighed.covariance @ slope])),
+        explained=float(explained),
+    )
+
+
 def _interval(best: Profile) -> tuple[float, float] | None:
     """Smallest range of the coordinate that holds most of the squared quantity, to half height of the outer hats.
 
     None where that is nearly all of it, or where the quantity is the same all along.
     """
-    if best.is_even:
+    if best.is_even or len(best.center) == 1:
         return None
     square = np.maximum(best.mean**2 - best.stderr**2, 0.0)
     total, count = float(square.sum()), len(square)
@@ -202,7 +221,9 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
         return f"The misfit starts at {instant:.2f} s of {record}. It {_PHASES[phase]}, seen most in {spoken(channel)}."
     factor, unit = _DISPLAYED.get(best.unit, (1.0, best.unit))
     parts = [_PHASES[phase]]
-    if interval is not None:
+    if best.coordinate == coordinate == "frequency":
+        parts.append(f"vibrates at {significant(best.center[0], 4)} Hz")
+    elif interval is not None:
         low, high = (significant(factor * end, 2) for end in interval)
         parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {unit}".strip()))
     elif not best.is_even:

@@ -48,6 +48,11 @@ class Candidate:
     form: Form | None = None
 
     @property
+    def tried(self) -> int:
+        """Places among which a free form was the best; 1 for an effect, whose probe counts them."""
+        return 1 if self.form is None else self.form.tried
+
+    @property
     def channel(self) -> str:
         """That it acts on alone; empty for all."""
         return (self.members[0].channel or "") if self.members else ""

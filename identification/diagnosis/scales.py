@@ -1,7 +1,7 @@
 """Scales of the records and of the estimated motion, from which candidates take their strengths and grids."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
@@ -114,21 +114,28 @@ def _lines(fitted: Fitted, channel: int, scales: ProbeScales) -> tuple[tuple[flo
 
     Those of the whitened random force follow, which takes up a tone in the readings near f_n.
     """
-    chains, variances = fitted.problem.chains, fitted.variances
-    white = whitenings(chains, fitted.linear, variances.readings)[channel](fitted.linear.residual[..., channel])
-    correlation, variance = variances.force.step(chains.duration)
-    jumps = (fitted.at.force[chains.left + 1] - correlation * fitted.at.force[chains.left]) / np.sqrt(variance)
-    errors, forces = [], []
-    for index, record in enumerate(fitted.problem.experiment.records):
-        if chains.channels[channel] in record.channels:
-            errors.append((chains.series(index, white[..., None], len(record.time))[:, 0], float(np.median(np.diff(record.time)))))
-            forces.append((jumps[chains.of_record(index)], float(np.median(chains.duration[chains.of_record(index)]))))
+    chains = fitted.problem.chains
+    white = whitenings(chains, fitted.linear, fitted.variances.readings)[channel](fitted.linear.residual[..., channel])
+    heard = [index for index, record in enumerate(fitted.problem.experiment.records) if chains.channels[channel] in record.channels]
+    errors = []
+    for index in heard:
+        time = fitted.problem.experiment.records[index].time
+        errors.append((chains.series(index, white[..., None], len(time))[:, 0], float(np.median(np.diff(time)))))
     found, searched = _strongest(errors, scales.is_foreign)
-    if not vanishes(fitted.problem, variances.force):
-        apart = _APART / max(len(values) * dt for values, dt in errors)
-        others, more = _strongest(forces, scales.is_foreign)
-        found, searched = found + tuple(line for line in others if all(abs(line - one) > apart for one in found)), searched + more
-    return found, searched
+    apart = _APART / max(len(values) * dt for values, dt in errors)
+    others, more = lines_of_force(fitted, scales, heard)
+    return found + tuple(line for line in others if all(abs(line - one) > apart for one in found)), searched + more
+
+
+def lines_of_force(fitted: Fitted, scales: ProbeScales, records: Sequence[int]) -> tuple[tuple[float, ...], int]:
+    """Strongest spectral lines of the whitened random force in some records, Hz, and frequencies searched; none without a force."""
+    chains, force = fitted.problem.chains, fitted.variances.force
+    if vanishes(fitted.problem, force):
+        return (), 0
+    correlation, variance = force.step(chains.duration)
+    jumps = (fitted.at.force[chains.left + 1] - correlation * fitted.at.force[chains.left]) / np.sqrt(variance)
+    parts = [chains.of_record(index) for index in records]
+    return _strongest([(jumps[part], float(np.median(chains.duration[part]))) for part in parts], scales.is_foreign)
 
 
 def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndarray], np.ndarray]) -> tuple[tuple[float, ...], int]:

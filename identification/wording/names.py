@@ -142,6 +142,7 @@ def label(channel: str, experiment: Experiment) -> Label:
 
 _COORDINATES = {
     "time": "t",
+    "frequency": "f",
     "excitation phase": "φ",
     "displacement": "u",
     "velocity": "u̇",

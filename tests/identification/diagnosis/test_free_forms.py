@@ -1,0 +1,57 @@
+"""A force at a frequency of its own, which is neither the drive's nor the rig's."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.augment import learned
+from identification.diagnosis.location import locate
+from identification.diagnosis.look import Look, look, weighed_anew
+from identification.estimation.prediction import record_fits
+from identification.experiment import Experiment
+from identification.trajectory.fit import fit
+from identification.trajectory.start import problem_of
+from tests.identification.trajectory.conftest import NOISE, RATE, Linear, shaken
+
+HZ, SIZE, SAMPLES = 9.3, 0.05, 1200
+"""Hz, N"""
+
+
+def vibrated() -> Experiment:
+    """Free decays of a rig under a sine force, with another phase in each record."""
+    rng, experiment, found = np.random.default_rng(2), shaken(2), []
+    phi, by_first, by_last = Linear().passed(1.0 / RATE, 1.0 / RATE)
+    for phase, record in zip((0.4, 2.0), experiment.records, strict=True):
+        time = np.arange(SAMPLES) / RATE
+        force = SIZE * np.sin(2.0 * np.pi * HZ * time + phase)
+        states = [np.array([4e-3, 0.0])]
+        for here, there in zip(force[:-1], force[1:], strict=True):
+            states.append(phi @ states[-1] + by_first * here + by_last * there)
+        read = np.array(states)[:, 0] + NOISE * rng.standard_normal(SAMPLES)
+        found.append(dataclasses.replace(record, time=time, channels={"hammer_displacement": read}))
+    return dataclasses.replace(experiment, records=tuple(found))
+
+
+@pytest.fixture(scope="module")
+def beside() -> Look:
+    """A look beside the nominal model, of which the random force has taken up the sine."""
+    return look(fit(problem_of(vibrated()), both=False), ["quadratic_drag"])
+
+
+def test_it_is_the_best_free_form(beside):
+    best = beside.free[0].candidate
+    assert best.form.coordinate == "frequency"
+    assert best.form.knots == pytest.approx(HZ, abs=0.25 / (SAMPLES / RATE))
+    assert best.tried > 100
+    assert learned(beside, best, beside.free[0].strengths) is None
+
+
+def test_the_location_tells_its_frequency_and_size(beside):
+    weighed = weighed_anew(beside, beside.free[0])
+    gain = beside.deviance - weighed.deviance
+    found = locate(beside, record_fits(beside.fitted), ((beside.free[0], weighed, gain),), None)
+    (profile,) = found.profiles
+    assert profile.mean == pytest.approx(SIZE / np.sqrt(2.0), rel=0.05)
+    assert found.coordinate == "frequency"
+    assert f"vibrates at {profile.center[0]:.3g}" in found.sentence
