@@ -19,6 +19,8 @@ _MOST = 0.8
 """Share by which a record, a phase or a part of a range counts as the place."""
 _OF_TWO = 0.8
 """Weight of a form over a coordinate and the direction of motion: it has to gain a quarter more than one over a single coordinate."""
+_BESIDE = 20
+"""Frequencies on either side of a vibration, half a period of the longest record apart, at which the spectrum is shown."""
 _DISPLAYED = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "s": (1.0, "s")}
 _SAID = {
     "displacement": "at displacements of {}",
@@ -47,7 +49,7 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
     ranked = sorted(free, key=lambda one: -(_OF_TWO if _by_direction(one[0]) else 1.0) * one[2])
     gains = [max(one[2], 0.0) for one in ranked]
     profiles = tuple(
-        _profile(scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
+        _profile(seen, scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
     )
     best = profiles[0]
     record = named.record if named is not None else None
@@ -102,7 +104,7 @@ def _by_direction(scored: Scored) -> bool:
     return form is not None and form.quantity == "force" and bool((form.columns[:, 1] != 0).any())
 
 
-def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
+def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     """What is missing along a coordinate: the free form's values at its knots.
 
     Of one over both directions the mean, or half the difference where that is larger: a force that turns with the motion. Of paths in
@@ -111,7 +113,7 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     form = scored.candidate.form
     assert form is not None
     if form.coordinate == "frequency":
-        return _line(form, weighed, explained)
+        return _line(seen, form, weighed, explained)
     knots = np.unique(form.columns[:, 0])
     precision = 1.0 / np.maximum(np.diag(weighed.covariance), 1e-300)
     shares = np.where(form.columns[:, 0] == knots[:, None], 1.0 if _by_direction(scored) else precision, 0.0)
@@ -136,18 +138,28 @@ def _profile(scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     )
 
 
-def _line(form: Form, weighed: Reestimated, explained: float) -> Profile:
-    """Root mean square of a vibration over all records."""
+def _line(seen: Look, form: Form, weighed: Reestimated, explained: float) -> Profile:
+    """A vibration: spectrum of the smoothed random force, rms over all records, in the size that is estimated at the form's frequency."""
     square = float(weighed.strengths @ weighed.strengths)
-    rms = form.size * np.sqrt(square / len(weighed.strengths))
+    size = form.size * np.sqrt(square / len(weighed.strengths))
     slope = form.size * weighed.strengths / np.sqrt(max(square, 1e-300) * len(weighed.strengths))
+    chains, force, hz = seen.fitted.problem.chains, seen.fitted.at.force, float(form.knots[0])
+    longest = max(record.time[-1] - record.time[0] for record in seen.fitted.problem.experiment.records)
+    frequencies = hz + np.arange(-_BESIDE, _BESIDE + 1) / (2.0 * longest)
+    power = np.zeros(len(frequencies))
+    for index, knots in enumerate(chains.knots):
+        time = float(chains.duration[chains.of_record(index)][0]) * np.arange(knots.stop - knots.start)
+        window = np.hanning(len(time))
+        power += np.abs(np.exp(-2j * np.pi * np.outer(frequencies, time)) @ (window * force[knots]) / window.sum()) ** 2
+    shape = np.sqrt(power / max(power[_BESIDE], 1e-300))
+    kept = frequencies > 0.0
     return Profile(
         coordinate=form.coordinate,
         unit=form.unit,
         quantity=form.quantity,
-        center=form.knots,
-        mean=np.array([rms]),
-        stderr=np.sqrt(np.array([slope @ weighed.covariance @ slope])),
+        center=frequencies[kept],
+        mean=size * shape[kept],
+        stderr=np.full(int(kept.sum()), np.sqrt(slope @ weighed.covariance @ slope)),
         explained=float(explained),
     )
 
@@ -157,7 +169,7 @@ def _interval(best: Profile) -> tuple[float, float] | None:
 
     None where that is nearly all of it, or where the quantity is the same all along.
     """
-    if best.is_even or len(best.center) == 1:
+    if best.is_even:
         return None
     square = np.maximum(best.mean**2 - best.stderr**2, 0.0)
     total, count = float(square.sum()), len(square)
@@ -222,7 +234,7 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
     factor, unit = _DISPLAYED.get(best.unit, (1.0, best.unit))
     parts = [_PHASES[phase]]
     if best.coordinate == coordinate == "frequency":
-        parts.append(f"vibrates at {significant(best.center[0], 4)} Hz")
+        parts.append(f"vibrates at {significant(best.center[np.argmax(best.mean)], 4)} Hz")
     elif interval is not None:
         low, high = (significant(factor * end, 2) for end in interval)
         parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {unit}".strip()))
@@ -230,7 +242,8 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
         parts.append(f"changes with the {coordinate}")
     if best.quantity == "force":
         way = (" against the motion" if best.average < 0.0 else " along the motion") if best.turns else ""
-        size = f"{significant(abs(best.average), 2)} N" if best.is_even else f"{significant(best.rms, 2)} N rms"
+        rms = best.mean.max() if best.coordinate == "frequency" else best.rms
+        size = f"{significant(abs(best.average), 2)} N" if best.is_even else f"{significant(rms, 2)} N rms"
         parts.append(f"with a missing force of {size}{way}")
     loud = [file for file, share in sorted(records.items(), key=lambda item: -item[1]) if share > 1.0 / len(records)]
     if len(records) > 1:

@@ -54,6 +54,7 @@ def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     few_ticks(axes, x=8, y=6)
     axes.legend(loc="best")
     sign = " Above zero it pushes the hammer towards the stop." if best.quantity == "force" else ""
+    sign = " Root mean square over all records, with the spectrum of the random force." if best.coordinate == "frequency" else sign
     sign += " Drawn is the force while u' > 0; while u' < 0 it acts the other way." if best.turns else ""
     others = " No other free form raises the likelihood as much." if len(where.profiles) > 1 else ""
     yield Picture(
