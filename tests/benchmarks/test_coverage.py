@@ -40,7 +40,7 @@ def test_one_small_trial(rig):
     found = trial(Experiment(rig=rig, seed=0, index=1, samples=(1201, 1201)))
     assert "failure" not in found, found["failure"]
     json.dumps(found)
-    assert (found["unrest"] is not None, found["colour"] is not None) == (rig == "force", rig == "colour")
+    assert (found["unrest"] is not None, found["colour"] is not None) == ("force" in RIGS[rig], "colour" in RIGS[rig])
     assert {r["name"] for r in found["rows"]} >= {"k_i", "n", "lambda_i", "zeta", "f_n", "gap_error", "base_amplitude", "base_phase"}
     if rig == "quiet":
         assert found["chi2_reduced"] == pytest.approx(1.0, abs=0.1)
