@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.random_force import RandomForce
-from identification.trajectory.reading_error import ReadingError, Whitening, whitening
+from identification.trajectory.reading_error import ReadingError, Whitening, tail, whitening
 from identification.trajectory.segments import Chains, Unknowns
 
 
@@ -165,47 +165,31 @@ def whitenings(chains: Chains, linear: Linearised, errors: tuple[ReadingError, .
     return tuple(whitening(error, counted[..., c], chains.first) for c, error in zip(range(len(chains.channels)), errors, strict=True))
 
 
-def lagged(
-    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, channel: int, order: int, part: slice = slice(None)
-) -> Float[np.ndarray, "segments samples lags columns"]:
-    """Derivatives of a channel's residuals 0, 1, ..., `order` samples before each sample, over the columns of `Weighed`."""
-    states = len(unknowns.states)
-    size, columns = states + 1, 3 * (states + 1) + len(unknowns.shared) + len(unknowns.own)
-    own = _own_columns(size, columns)
-    before = np.concatenate([np.arange(size), [2 * size - 1], np.arange(3 * size, columns)])
-    here = np.arange(len(chains.left))[part]
-    by, behind = (_scaled(chains, border, linear.by[which, :, channel], states, which) for which in (here, np.maximum(here - 1, 0)))
-    behind = behind * ~chains.first[here][:, None, None]
-    rows = np.zeros((len(here), chains.samples, order + 1, columns))
-    for lag in range(order + 1):
-        rows[:, lag:, lag, own] = by[:, : chains.samples - lag]
-        rows[:, :lag, lag, before] = behind[:, chains.samples - lag :]
-    return rows
+def reaching(by: np.ndarray, states: int, order: int) -> Float[np.ndarray, "segments reach columns"]:
+    """Derivatives of the last `order` residuals of the segment before and of a segment's own, over the columns of `Weighed`.
+
+    `by` are those of a segment's residuals by its states, its force, and the border; (segments, samples, columns).
+    """
+    return np.concatenate([_over_columns(tail(by, order), states, 0), _over_columns(by, states, 1)], axis=1)
+
+
+def _over_columns(by: np.ndarray, states: int, knot: int) -> np.ndarray:
+    """Derivatives by the states at a knot, the force there and at the next one, and the border, over the columns of `Weighed`."""
+    size, found = states + 1, np.zeros((*by.shape[:-1], 2 * states + by.shape[-1] + 1))
+    found[..., knot * size : (knot + 1) * size] = by[..., :size]
+    found[..., (knot + 2) * size - 1] = by[..., size]
+    found[..., 3 * size :] = by[..., size + 1 :]
+    return found
 
 
 def whitened_rows(
     chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, white: tuple[Whitening, ...]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """By channel: derivative of the whitened residuals, (segments, samples, columns) as in `Weighed`, and these, (segments, samples)."""
-    by = _scaled(chains, border, linear.by, len(unknowns.states))
+    states = len(unknowns.states)
+    by = scaled(chains, border, linear.by, states)
     for c, one in enumerate(white):
-        yield _whitened(chains, unknowns, by[:, :, c], one), one(linear.residual[:, :, c])
-
-
-def _whitened(chains: Chains, unknowns: Unknowns, by: np.ndarray, one: Whitening) -> Float[np.ndarray, "segments samples columns"]:
-    """Derivative of one channel's whitened residuals, from that of its residuals, which reaches back into the segment before."""
-    size = len(unknowns.states) + 1
-    columns, follows = 3 * size + len(unknowns.shared) + len(unknowns.own), ~chains.first
-    own = _own_columns(size, columns)
-    before = np.concatenate([np.arange(size), [2 * size - 1], np.arange(3 * size, columns)])
-    rows = np.zeros((len(chains.left), chains.samples, columns))
-    rows[..., own] = by
-    for lag in range(1, one.lags.shape[-1] + 1):
-        coefficient = one.lags[..., lag - 1, None]
-        rows[:, lag:, own] -= coefficient[:, lag:] * by[:, :-lag]
-        earlier = coefficient[1:, :lag] * by[:-1, chains.samples - lag :] * follows[1:, None, None]
-        rows[1:, :lag, before] -= earlier
-    return rows * one.scale[..., None]
+        yield one.matrix @ reaching(by[:, :, c], states, one.lags.shape[-1]), one(linear.residual[:, :, c])
 
 
 def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, at: Estimate, white: tuple[Whitening, ...]) -> Weighed:
@@ -213,27 +197,13 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     states = len(unknowns.states)
     size, segments = states + 1, len(chains.left)
     columns = 3 * size + len(unknowns.shared) + len(unknowns.own)
-    gram, right, square = np.zeros((segments, columns, columns)), np.zeros((segments, columns)), 0.0
-    by, own = _scaled(chains, border, linear.by, states), _own_columns(size, columns)
-    alone = [c for c, one in enumerate(white) if not one.lags.shape[-1]]  # white: nothing reaches back, and many columns stay empty
-    scale = np.stack([white[c].scale for c in alone], axis=-1) if alone else np.zeros((segments, chains.samples, 0))
-    rows = (by[:, :, alone] * scale[..., None]).reshape(segments, -1, len(own))
-    residual = linear.residual[:, :, alone] * scale
-    squares = dict(zip(alone, (residual**2).sum(axis=(0, 1)), strict=True))
-    residual = residual.reshape(segments, -1)
-    gram[:, own[:, None], own] = rows.swapaxes(1, 2) @ rows
-    right[:, own] = (rows.swapaxes(1, 2) @ residual[..., None])[..., 0]
-    square += float((residual**2).sum())
-    for c, one in enumerate(white):
-        if c not in alone:
-            rows, residual = _whitened(chains, unknowns, by[:, :, c], one), one(linear.residual[:, :, c])
-            turned = rows.swapaxes(1, 2)
-            gram += turned @ rows
-            right += (turned @ residual[..., None])[..., 0]
-            squares[c] = float((residual**2).sum())
-            square += squares[c]
-    defect = np.zeros((segments, states, columns))
-    defect[..., own] = -_scaled(chains, border, linear.end_by, states)
+    gram, right, squares = np.zeros((segments, columns, columns)), np.zeros((segments, columns)), []
+    for rows, residual in whitened_rows(chains, unknowns, border, linear, white):
+        turned = rows.swapaxes(1, 2)
+        gram += turned @ rows
+        right += (turned @ residual[..., None])[..., 0]
+        squares.append(float((residual**2).sum()))
+    defect = -_over_columns(scaled(chains, border, linear.end_by, states), states, 1)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
     gap = at.states[chains.left + 1] - linear.end
     lost = ~linear.done
@@ -241,7 +211,7 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     return Weighed(
         gram=gram,
         right=right,
-        square=square,
+        square=sum(squares),
         log_determinant=sum(one.log_determinant for one in white),
         defect=defect,
         gap=gap,
@@ -251,14 +221,9 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     )
 
 
-def _own_columns(size: int, columns: int) -> np.ndarray:
-    """Columns that a segment's own knots, its force and the border have among those of `Weighed`."""
-    return np.concatenate([np.arange(size, 2 * size), [3 * size - 1], np.arange(3 * size, columns)])
-
-
-def _scaled(chains: Chains, border: Border, by: np.ndarray, states: int, which: np.ndarray | slice = slice(None)) -> np.ndarray:
-    """Derivatives by the border in its natural scale, 0 by what is held; `which` of the segments `by` is of."""
-    own = border.own[chains.record[which]]
+def scaled(chains: Chains, border: Border, by: np.ndarray, states: int) -> np.ndarray:
+    """Derivatives by the border in its natural scale, 0 by what is held; (segments, ..., columns)."""
+    own = border.own[chains.record]
     free = np.concatenate([np.broadcast_to(border.shared, (len(own), len(border.shared))), own], axis=1)
     factor = free * np.concatenate([border.shared_scale, border.own_scale])
     found = by.copy()

@@ -14,14 +14,11 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from identification.trajectory.chain_equations import Border, lagged, residuals_after
+from identification.trajectory.chain_equations import Border, reaching, residuals_after, scaled
 from identification.trajectory.elimination import Solution
 from identification.trajectory.motion import Linearised
-from identification.trajectory.reading_error import run_lengths
+from identification.trajectory.reading_error import run_lengths, tail
 from identification.trajectory.segments import Chains, Unknowns
-
-_BLOCK = 2048
-"""Segments whose derivatives are held side by side."""
 
 
 def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three"]:
@@ -71,21 +68,21 @@ def expected_products(
 
     And how many samples these are. Residuals are over the declared noise.
     """
+    states, samples = len(unknowns.states), chains.samples
     covariance = segments_covariance(chains, solution)
     mean = residuals_after(chains, unknowns, border, linear, solution.shared, solution.own, solution.knots)
+    by = scaled(chains, border, linear.by, states)
     counted = (chains.weight > 0) & linear.done[:, None, None]
     for c in range(len(chains.channels)):
-        runs = run_lengths(counted[..., c], chains.first, highest)
-        sums, flat = np.zeros((highest + 1, highest + 1, highest + 1)), mean[..., c].ravel()
-        shifted = np.stack([np.concatenate([np.zeros(lag), flat[: len(flat) - lag]]) for lag in range(highest + 1)], axis=-1)
-        shifted = shifted.reshape(*counted.shape[:2], highest + 1)
         here = counted[..., c]
-        for begin in range(0, len(chains.left), _BLOCK):
-            part = slice(begin, begin + _BLOCK)
-            rows = lagged(chains, unknowns, border, linear, c, highest, part)
-            flatter = rows.reshape(len(rows), -1, rows.shape[-1])
-            spread = (flatter @ covariance[part]).reshape(rows.shape) @ rows.swapaxes(2, 3)
-            products = spread + shifted[part, :, :, None] * shifted[part, :, None, :]
-            for run in range(highest + 1):
-                sums[run] += products[here[part] & (runs[part] == run)].sum(axis=0)
+        runs = run_lengths(here, chains.first, highest)
+        rows = reaching(by[:, :, c], states, highest)
+        values = np.concatenate([tail(mean[..., c], highest), mean[..., c]], axis=1)
+        products = rows @ covariance @ rows.swapaxes(1, 2) + values[:, :, None] * values[:, None, :]
+        sums = np.zeros((highest + 1, highest + 1, highest + 1))
+        for i in range(samples):
+            for run in np.unique(runs[here[:, i], i]):
+                mask = (here[:, i] & (runs[:, i] == run)).astype(float)
+                total = (mask @ products.reshape(len(mask), -1)).reshape(products.shape[1:])
+                sums[run] += total[i : i + highest + 1, i : i + highest + 1][::-1, ::-1]
         yield sums, np.array([np.sum(here & (runs == run)) for run in range(highest + 1)], float)

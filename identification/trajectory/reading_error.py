@@ -127,14 +127,28 @@ class Whitening:
         """Sum of the logarithms of the variances."""
         return float(-2.0 * np.log(self.scale[self.scale > 0]).sum())
 
-    def __call__(self, values: np.ndarray) -> np.ndarray:
-        """Whitened values, where these do not depend on what is unknown at a knot; (segments, samples, ...)."""
+    @property
+    def matrix(self) -> Float[np.ndarray, "segments samples reach"]:
+        """Whitened residuals of a segment by the last `order` ones of the segment before it and its own."""
         segments, samples, order = self.lags.shape
-        flat = values.reshape(segments * samples, -1)
-        found = flat.copy()
+        found, here = np.zeros((segments, samples, order + samples)), np.arange(samples)
+        found[:, here, order + here] = self.scale
         for lag in range(1, order + 1):
-            found[lag:] -= self.lags.reshape(-1, order)[lag:, lag - 1, None] * flat[:-lag]
-        return (found * self.scale.reshape(-1, 1)).reshape(values.shape)
+            found[:, here, order + here - lag] = -self.lags[..., lag - 1] * self.scale
+        return found
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """Whitened values; (segments, samples, ...)."""
+        segments, samples, order = self.lags.shape
+        here = values.reshape(segments, samples, -1)
+        return (self.matrix @ np.concatenate([tail(here, order), here], axis=1)).reshape(values.shape)
+
+
+def tail(values: np.ndarray, count: int) -> np.ndarray:
+    """The last `count` samples of the segment before each, zeros before the first; (segments, count, ...)."""
+    found = np.zeros((len(values), count, *values.shape[2:]))
+    found[1:] = values[:-1, values.shape[1] - count :]
+    return found
 
 
 def whitening(error: ReadingError, counted: np.ndarray, first: np.ndarray) -> Whitening:
