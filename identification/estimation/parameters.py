@@ -9,7 +9,7 @@ from scipy.special import chdtrc, chdtri, ndtri
 
 from identification.result.evidence import Disagreement, Unrest, chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, ParameterEstimate, Quantity, SensorError
-from identification.trajectory.elimination import solve
+from identification.trajectory import elimination
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.innovations import whiteness
 from identification.trajectory.random_force import RandomForce
@@ -174,7 +174,7 @@ def profile_rise(fitted: Fitted, shifts: Mapping[int, float], *, steps: int = 3)
 def deviance(fitted: Fitted, force: RandomForce) -> float:
     """-2 log restricted likelihood of a fit under another random force."""
     p = fitted.problem
-    return solve(p.chains, p.unknowns, p.border, p.scales, fitted.at, fitted.local, force, p.mass(fitted.at)).deviance
+    return elimination.deviance(p.chains, p.unknowns, p.border, p.scales, fitted.at, fitted.local, force, p.mass(fitted.at))
 
 
 def _why_not(fitted: Fitted, name: str) -> str:
@@ -253,7 +253,7 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
         fixed = dataclasses.replace(problem, border=dataclasses.replace(problem.border, own=free))
         local = reweighed(fixed, fitted.at, fitted.linear, fitted.variances.readings)
         force, mass = fitted.variances.force, problem.mass(fitted.at)
-        solution = solve(problem.chains, unknowns, fixed.border, problem.scales, fitted.at, local, force, mass)
+        solution = elimination.solve(problem.chains, unknowns, fixed.border, problem.scales, fitted.at, local, force, mass)
         for place in varying:
             index = unknowns.index(unknowns.own[place].partition(".")[2])
             already[:, index] = fitted.at.own[:, place] / problem.border.shared_scale[index]

@@ -10,8 +10,8 @@ from identification.estimation.parameters import deviance, record_estimates
 from identification.trajectory.fit import Fitted, fit, settled
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import with_variation
+from identification.trajectory.segments import VARIATION
 from identification.trajectory.start import Problem
-from identification.trajectory.variances import reweighed
 
 _SWEEPS = 4
 _STEADY = 0.05
@@ -39,7 +39,7 @@ def with_variations(
     found, before = fit(problem, seed=seed, at=_carried(fitted, problem), begin=fitted.variances, both=False, progress=progress), dict(std)
     for _ in range(_SWEEPS):
         for name in [name for name, size in std.items() if size > 0.0]:
-            std[name] = _likeliest(found, name, scatter[name], std)
+            std[name] = _likeliest(found, name, scatter, std)
         if all(abs(np.log(max(std[n], 1e-300) / max(before[n], 1e-300))) < _STEADY for n in std):
             break
         before = dict(std)
@@ -73,15 +73,21 @@ def _scatter(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     return found
 
 
-def _likeliest(fitted: Fitted, name: str, scatter: float, std: dict[str, float]) -> float:
-    """Standard deviation of greatest restricted likelihood, the others held; 0 where that is the lower end."""
+def _likeliest(fitted: Fitted, name: str, scatter: dict[str, float], std: dict[str, float]) -> float:
+    """Standard deviation of greatest restricted likelihood, the others held; 0 where that is the lower end.
+
+    The prior alone changes: with the chain's scale of a deviation kept, its normalisation 2 log std is added for each record.
+    """
+    problem, border = fitted.problem, fitted.problem.border
 
     def cost(log_std: float) -> float:
-        size = scatter * float(np.exp(log_std))
-        problem = with_variation(fitted.problem, std | {name: size})
-        local = reweighed(problem, fitted.at, fitted.linear, fitted.variances.readings)
-        there = dataclasses.replace(fitted, problem=problem, local=local)
-        return deviance(there, fitted.variances.force)
+        precision, spread = border.own_precision.copy(), 0.0
+        for one, given in (std | {name: scatter[name] * float(np.exp(log_std))}).items():
+            size = max(given, _NO_GAIN * scatter[one])
+            precision[:, problem.unknowns.own.index(f"{VARIATION}{one}")] = size**-2.0
+            spread += 2.0 * len(precision) * float(np.log(size))
+        there = dataclasses.replace(problem, border=dataclasses.replace(border, own_precision=precision))
+        return deviance(dataclasses.replace(fitted, problem=there), fitted.variances.force) + spread
 
     found = minimize_scalar(cost, bounds=_LOGS, method="bounded", options={"xatol": 0.01})
-    return scatter * float(np.exp(found.x)) if found.fun < cost(float(np.log(_NO_GAIN))) - 1e-6 else 0.0
+    return scatter[name] * float(np.exp(found.x)) if found.fun < cost(float(np.log(_NO_GAIN))) - 1e-6 else 0.0
