@@ -18,6 +18,7 @@ from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import Variances
+from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
@@ -234,8 +235,14 @@ def _step(
     """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` are fitted already."""
     finished, fitted_before = True, list(known)
     found = [pair for pair in found if all(pair[0].candidate.key != one.candidate.key for one in known)]
-    waiting = [pair for pair in found if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING]
-    hidden = bool(waiting) and _hides_the_order(seen.fitted, waiting[0][1].variances)
+    hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
+    waiting = [
+        pair
+        for pair in found
+        if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING or (hidden and _is_stop(pair[0].candidate))
+    ]
+    if isinstance(seen.fitted.problem.model.law, NoContact):  # first of all the impacts that such a model lacks
+        waiting.sort(key=lambda pair: not _is_stop(pair[0].candidate))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
@@ -342,10 +349,13 @@ def _shortlist(seen: Look) -> list[Scored]:
     best = list(best_of_each(seen.listed).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
-        chosen += [
-            one for one in best if one.candidate.members[0].probe.is_stop and one.gain > 0.0 and not any(one is other for other in chosen)
-        ]
+        chosen += [one for one in best if _is_stop(one.candidate) and one.gain > 0.0 and not any(one is other for other in chosen)]
     return chosen
+
+
+def _is_stop(candidate: Candidate) -> bool:
+    """Whether a candidate is a stop that the motion without it passes through: its gain at first order says nothing."""
+    return bool(candidate.members) and candidate.members[0].probe.is_stop
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:

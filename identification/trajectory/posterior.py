@@ -22,7 +22,11 @@ from identification.trajectory.segments import Chains, Unknowns
 
 
 def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three"]:
-    """Covariance of each knot with the two behind it, given the numbers outside the chain; three times (states + force)."""
+    """Covariance of each knot with the two behind it, given the numbers outside the chain; three times (states + force).
+
+    Raises:
+        LinAlgError: it grows beyond all bounds towards the first knot.
+    """
     knots, size = solution.knots.shape
     factor, rows = solution.factor, np.arange(3 * size)
     padded = np.concatenate([factor, np.zeros((3 * size, 2 * size))], axis=1)
@@ -34,12 +38,15 @@ def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three
     gain = column[:, size:] @ inverse
     own = inverse.swapaxes(1, 2) @ inverse
     found, behind = np.zeros((knots, 3 * size, 3 * size)), np.zeros((2 * size, 2 * size))
-    for k in range(knots - 1, -1, -1):
-        across = -behind @ gain[k]
-        here = found[k]
-        here[:size, :size] = own[k] - gain[k].T @ across
-        here[size:, :size], here[:size, size:], here[size:, size:] = across, across.T, behind
-        behind = here[: 2 * size, : 2 * size]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(knots - 1, -1, -1):
+            across = -behind @ gain[k]
+            here = found[k]
+            here[:size, :size] = own[k] - gain[k].T @ across
+            here[size:, :size], here[:size, size:], here[size:, size:] = across, across.T, behind
+            behind = here[: 2 * size, : 2 * size]
+    if not np.isfinite(behind).all():
+        raise np.linalg.LinAlgError("the covariance of the knots overflows")
     return found
 
 
