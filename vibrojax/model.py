@@ -116,17 +116,20 @@ class Model(eqx.Module):
     @property
     def has_stop(self) -> bool:
         """Whether there is one, of the model's own law or of an effect."""
+        return not isinstance(self.stop(0.0)[0], NoContact)
+
+    def stop(self, gap: Number) -> tuple[AbstractContactLaw, Number]:
+        """Contact law and gap, m, as the effects have them."""
         law = self.law
         for effect in self.effects:
-            law, _ = effect.stop(law, 0.0)
-        return not isinstance(law, NoContact)
+            law, gap = effect.stop(law, gap)
+        return law, gap
 
     def system(self, *, gap: Number, base: AbstractBaseMotion, applied: AbstractAppliedForce) -> System:
         """The rig in one record: gap in m, motion of the cart, force on the hammer."""
-        law = self.law
+        law, gap = self.stop(gap)
         for effect in self.effects:
             base = effect.base(base)
-            law, gap = effect.stop(law, gap)
         return System(
             mass=self.mass,
             suspension=self.suspension,

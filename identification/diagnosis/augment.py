@@ -9,12 +9,14 @@ import numpy as np
 
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
+from identification.guesses.parameters import contact_start
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
+from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem
 from identification.trajectory.variances import is_largest, vanishes
-from vibrojax.effects import AbstractEffect
+from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
 
@@ -82,7 +84,40 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without."""
     whole = seen.fitted.problem.model_at(seen.fitted.at)
     effect, own = strengthened(candidate.members, strengths)
-    return _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
+    problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
+    return (_from_loops(problem, effect, seen.scales) if whole.has_stop and changes_stop(effect) else problem), near
+
+
+def changes_stop(effect: AbstractEffect) -> bool:
+    """Whether an effect changes the law of the stop."""
+    return type(effect).stop is not AbstractEffect.stop
+
+
+def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:
+    """The problem that begins with the law of the stop, changed by an effect, that the loops of force over indentation show.
+
+    Exponents of the model's own law are held: loops that drift mislead these.
+    """
+    of_law = {p.name for p in problem.model.law.parameters if p.logarithmic}
+    free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place]]
+    names = tuple(name for name in free if name in of_law or name.startswith(f"{effect.name}."))
+    model = problem.model_at(problem.start)
+    before = dataclasses.replace(model, effects=tuple(one for one in model.effects if one.name != effect.name))
+
+    def begun_from(deepest: float, force: float) -> list[AbstractEffect]:
+        return list(effect.probe.effects(dataclasses.replace(scales, deepest=deepest, force=force)))
+
+    cell, inertia = (
+        contact_start(before, list(problem.experiment.records), list(problem.motions), names, load_cell=load_cell, effects=begun_from)
+        for load_cell in (True, False)
+    )
+    found = cell or inertia
+    if found is None:
+        return problem
+    values, own = problem.values(problem.start) | found[0], problem.start.own.copy()
+    own[:, OF_RECORD.index("gap_error")] = found[1]
+    shared = np.array([np.log(values[name]) if logarithmic else values[name] for name, logarithmic in problem.unknowns.shared])
+    return dataclasses.replace(problem, start=dataclasses.replace(problem.start, shared=shared, own=own))
 
 
 def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str, np.ndarray]) -> tuple[Problem, Estimate]:

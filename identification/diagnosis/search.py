@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, refitted, without
+from identification.diagnosis.augment import augmented, changes_stop, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -18,7 +18,6 @@ from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.variances import Variances
-from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
@@ -241,7 +240,7 @@ def _step(
         for pair in found
         if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING or (hidden and _is_stop(pair[0].candidate))
     ]
-    if isinstance(seen.fitted.problem.model.law, NoContact):  # first of all the impacts that such a model lacks
+    if hidden and (not seen.fitted.problem.model.has_stop or _lies_in_contact(seen)):
         waiting.sort(key=lambda pair: not _is_stop(pair[0].candidate))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
@@ -355,7 +354,13 @@ def _shortlist(seen: Look) -> list[Scored]:
 
 def _is_stop(candidate: Candidate) -> bool:
     """Whether a candidate is a stop that the motion without it passes through: its gain at first order says nothing."""
-    return bool(candidate.members) and candidate.members[0].probe.is_stop
+    return bool(candidate.members) and (candidate.members[0].probe.is_stop or changes_stop(candidate.members[0]))
+
+
+def _lies_in_contact(seen: Look) -> bool:
+    """Whether the free form that says most is a force over indentation."""
+    form = seen.free[0].candidate.form if seen.free else None
+    return form is not None and form.coordinate == "indentation"
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:

@@ -1,7 +1,9 @@
 """First guesses of all parameters; those of the contact from a regression of the force-indentation loops, before any integration."""
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import product
 from typing import Any, cast
 
 import jax
@@ -14,6 +16,7 @@ from identification.guesses.motion import Kinematics
 from identification.guesses.suspension import prescribed_start, suspension_start
 from vibrojax.compiling import soon_compiled
 from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.effects import AbstractEffect
 from vibrojax.model import MASS, Model
 
 _SAMPLES = 1500
@@ -21,8 +24,8 @@ _SAMPLES = 1500
 _RECORDS = 30
 """Records whose gaps are estimated beside the law; of more, an even selection."""
 _EXPONENTS = (1.0, 1.5, 2.0, 2.5)
-_DEEP = 0.3
-"""Depth over the largest indentation above which samples give the stiffness."""
+_DEEP, _SHALLOW = (0.3, 1.0), (0.03, 0.3)
+"""Depth over the largest indentation where samples give the stiffness; the shallow part where an effect may act on the deep one."""
 
 
 GAP_PRIOR_STD_M = 1e-3
@@ -63,7 +66,13 @@ def _unlikely(gap_errors: np.ndarray) -> float:
 
 
 def contact_start(
-    model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], *, load_cell: bool
+    model: Model,
+    records: list[Record],
+    motions: list[Kinematics | None],
+    names: tuple[str, ...],
+    *,
+    load_cell: bool,
+    effects: Callable[[float, float], Iterable[AbstractEffect]] = lambda deepest, force: (),
 ) -> tuple[dict[str, float], np.ndarray] | None:
     """Contact parameters by name, SI, and setting errors of the gaps, m, (records,), by least squares of force on indentation.
 
@@ -75,18 +84,24 @@ def contact_start(
         model: with the suspension's first guess in place.
         records: of the experiment.
         motions: smoothed motion of each, None where there is none.
-        names: the law's parameters that are to be estimated.
+        names: parameters of the law, and of effects that change it, that are to be estimated.
         load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
+        effects: from the largest indentation, m, and force, N: an effect that changes the stop, beside those of the model, at several
+            strengths to begin from; none by default.
     """
     samples = _samples(model, records, motions, load_cell)
-    if samples is None or not names or not isinstance(model.law, AbstractCompliantLaw):
+    if samples is None:
+        return None
+    more = effects(float(np.max(samples["indentation"])), float(np.max(samples["force"])))
+    begun = [dataclasses.replace(model, effects=(*model.effects, one)) for one in more] or [model]
+    if not names or not isinstance(begun[0].stop(0.0)[0], AbstractCompliantLaw):
         return None
     owners, slot = np.unique(samples.pop("record"), return_inverse=True)
     units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
-    given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
-    specs, fits = {p.name: p for p in model.parameters}, []
-    for exponent in _EXPONENTS if "n" in names else (None,):
-        start = np.concatenate([_guess(model, specs, names, samples, exponent), np.zeros(_RECORDS)])
+    specs, fits = {p.name: p for p in begun[0].parameters}, []
+    for model, exponent, part in product(begun, _EXPONENTS if "n" in names else (None,), (_DEEP, _SHALLOW) if more else (_DEEP,)):
+        given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
+        start = np.concatenate([_guess(model, specs, names, samples, exponent, part), np.zeros(_RECORDS)])
         programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]
         residual, slope = programs
         if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
@@ -111,15 +126,17 @@ def _evaluated(program: Callable[..., Any], given: tuple[Any, ...], x: np.ndarra
     return np.asarray(program(*given, x))
 
 
-def _guess(model: Model, specs, names, samples, exponent: float | None) -> np.ndarray:
-    """Start of the regression: listed start values, with the stiffness that gives the median force."""
-    values = {name: specs[name].start for name in names}
+def _guess(model: Model, specs, names, samples, exponent: float | None, part: tuple[float, float]) -> np.ndarray:
+    """Start of the regression: listed values, those that effects have, and the stiffness of the median force in a part of the depth."""
+    law = {p.name for p in model.law.parameters}
+    values = {name: specs[name].start if name in law else float(model.values()[name]) for name in names}
     if exponent is not None:
         values["n"] = exponent
     if "k_i" in values:
         n = values.get("n", model.values().get("n", 1.0))
-        deep = samples["indentation"] > _DEEP * samples["indentation"].max()
-        stiffness = float(np.median(samples["force"][deep] / samples["indentation"][deep] ** n))
+        depth = samples["indentation"] / samples["indentation"].max()
+        there = (depth > part[0]) & (depth <= part[1])
+        stiffness = float(np.median(samples["force"][there] / samples["indentation"][there] ** n)) if there.any() else specs["k_i"].start
         values["k_i"] = float(np.clip(stiffness, specs["k_i"].lower, specs["k_i"].upper))  # negative for a wrong unit or sign
     return np.array([specs[name].to_internal(values[name]) for name in names])
 
@@ -129,7 +146,8 @@ def _scaled_misfit(model: Model, names: tuple[str, ...], samples, slot, units, x
     specs = {p.name: p for p in model.parameters}
     changed = model.replace({name: jnp.exp(x[i]) if specs[name].logarithmic else x[i] for i, name in enumerate(names)})
     delta = samples["indentation"] - units[0] * x[len(names) :][slot]
-    force = cast(AbstractCompliantLaw, changed.law).force(jnp.maximum(delta, 0.0), samples["rate"], samples["approach_speed"])
+    law, beyond = changed.stop(0.0)
+    force = cast(AbstractCompliantLaw, law).force(jnp.maximum(delta - beyond, 0.0), samples["rate"], samples["approach_speed"])
     return (force - samples["force"]) / units[1]
 
 

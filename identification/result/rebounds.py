@@ -82,10 +82,7 @@ def _is_free(model: Model) -> bool:
 
 def _by_law(read: list[Rebound], model: Model) -> list[Rebound]:
     """Rebounds with the restitution of the contact law, with effects that change it, for a free hammer at the measured approach speeds."""
-    law, gap = model.law, 0.0
-    for effect in model.effects:
-        law, gap = effect.stop(law, gap)
-    found = np.asarray(restitution(law, model.mass, jnp.asarray([one.approach_speed for one in read])))
+    found = np.asarray(restitution(model.stop(0.0)[0], model.mass, jnp.asarray([one.approach_speed for one in read])))
     return [
         dataclasses.replace(one, fitted_speed=one.approach_speed, fitted=float(e), by_law=True)
         for one, e in zip(read, found, strict=True)

@@ -56,7 +56,7 @@ def second_mode(rng: np.random.Generator, setting: Setting, strength: float) -> 
 
 
 def asymmetric_damping(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
-    """F = D_c |v| / 2, towards the stop or away from it; at the speed A0 omega_n 0.03 k A0, but no direction is damped by less than 0.2 c."""
+    """F = D_c |v| / 2 to either side; at the speed A0 omega_n 0.03 k A0, or such that no direction is damped by less than 0.2 c."""
     difference = min(0.06 * strength * setting.spring_force / setting.speed, 1.6 * setting.rig.c)
     return Hidden(motion={"damping_difference": either_sign(rng) * difference})
 
