@@ -176,7 +176,7 @@ def _errors(experiment: Experiment, records: tuple[RecordFit, ...]) -> dict[str,
         inputs = driving_channels(next(record for record in experiment.records if record.file == one.file))
         for channel in one.measured.keys() - inputs:
             error = one.measured[channel] - one.predicted[channel]
-            kept = error[np.isfinite(error) & ~at_ceiling(one.measured[channel])]
+            kept = error[np.isfinite(error) & ~at_ceiling(channel, one.measured[channel])]
             left.setdefault(channel, []).extend([kept] if len(kept) else [])
     return {
         channel: (

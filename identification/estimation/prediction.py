@@ -198,7 +198,7 @@ def _record_fit(
     for name in EVERY_CHANNEL:
         if name not in record.channels or name in driving_channels(record):
             continue
-        measured = np.where(at_ceiling(record.channels[name]), np.nan, record.channels[name])
+        measured = np.where(at_ceiling(name, record.channels[name]), np.nan, record.channels[name])
         error = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
         rms, spread = float(np.sqrt(np.nanmean(error**2))), float(np.nanstd(record.channels[name]))
         nrmse[name], chi2[name] = rms / spread if spread > 0.0 else np.nan, (rms / record.noise[name]) ** 2

@@ -17,6 +17,7 @@ from identification.experiment import Record
 from identification.guesses.motion import driving_channels, input_noise, inputs_of, part
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.effects.readings import ForceClipping
 from vibrojax.excitation import SampledForce, SampledMotion
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
@@ -242,17 +243,20 @@ def chains_of(
     )
 
 
-def at_ceiling(values: Float[np.ndarray, " samples"]) -> np.ndarray:
+def at_ceiling(channel: str, values: Float[np.ndarray, " samples"]) -> np.ndarray:
     """Samples at the largest or smallest value of a channel that is cut off there: those say no more than that the true one lies beyond.
 
-    A channel is cut off where it has one extreme value at least `CEILING_SAMPLES` times, and `CEILING_RUN` times in a row.
+    A channel is cut off where it has one extreme value at least `CEILING_SAMPLES` times, and `CEILING_RUN` times in a row. None of the
+    channel that `ForceClipping` explains: its readings count, so that a ceiling is found.
 
     Example:
         >>> wave = np.sin(np.linspace(0.0, 40.0, 400))
-        >>> int(at_ceiling(wave).sum()), int(at_ceiling(np.minimum(wave, 0.9)).sum())
-        (0, 63)
+        >>> [int(at_ceiling("hammer_displacement", one).sum()) for one in (wave, np.minimum(wave, 0.9))]
+        [0, 63]
     """
     found = np.zeros(len(values), bool)
+    if channel == ForceClipping.of_channel:
+        return found
     for extreme in (np.nanmax(values, initial=-np.inf), np.nanmin(values, initial=np.inf)):
         there = values == extreme
         run = np.convolve(there, np.ones(CEILING_RUN))
@@ -291,7 +295,7 @@ def _segments(
     for column, name in enumerate(channels):
         if name in record.channels and name not in driving:
             values = record.channels[name]
-            usable = np.isfinite(values) & ~at_ceiling(values)
+            usable = np.isfinite(values) & ~at_ceiling(name, values)
             read, there = shown_at(time, late.get(name))
             all_usable, usable = usable, usable[read] & there
             lost[column] = max(int(all_usable.sum()) - int(usable.sum()), 0)

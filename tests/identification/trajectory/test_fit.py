@@ -84,8 +84,8 @@ def test_a_slow_reading_error_is_no_random_force():
 
 def test_samples_at_a_ceiling_do_not_count():
     wave = np.sin(np.linspace(0.0, 40.0, 400))
-    assert not at_ceiling(wave).any()
-    assert at_ceiling(np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
+    assert not at_ceiling("hammer_acceleration", wave).any()
+    assert at_ceiling("hammer_acceleration", np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
 
 
 @pytest.mark.parametrize(("rate", "decay"), [(500.0, 0.01), (1000.0, 0.05)])
