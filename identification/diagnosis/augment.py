@@ -7,11 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from identification.diagnosis.lags import LONGEST
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
 from identification.guesses.parameters import contact_start
 from identification.trajectory.fit import Fitted, Progress, fit, polished
-from identification.trajectory.motion import Estimate
+from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem
@@ -84,8 +85,31 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without."""
     whole = seen.fitted.problem.model_at(seen.fitted.at)
     effect, own = strengthened(candidate.members, strengths)
+    effect = _aligned(seen, effect) if effect.channel and is_late(effect) else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
     return (_from_loops(problem, effect, seen.scales) if whole.has_stop and changes_stop(effect) else problem), near
+
+
+def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
+    """A channel as late as it follows the estimated motion best: steps find only the lateness that is less than the impacts are long.
+
+    It is tried up to `LONGEST` on either side by the end of the longest record, in steps of half a sampling interval.
+    """
+    channel, last = effect.channel or "", np.array(seen.scales.latest)
+    step = 0.5 * seen.scales.sampling / float(effect.lateness(last)) if float(effect.lateness(last)) else 0.0
+    pairs = [
+        (record.time, record.channels[channel], np.asarray(course.readings[channel])[: len(record.time)], record.noise[channel])
+        for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)
+        if channel in record.channels
+    ]
+
+    def misfit(factor: float) -> float:
+        late = effect.scaled(factor)
+        errors = [(read - np.interp(t - np.asarray(late.lateness(t)), t, shown)) / noise for t, read, shown, noise in pairs]
+        return float(sum(np.nansum(one**2) for one in errors))
+
+    count = int(LONGEST / (0.5 * seen.scales.sampling))
+    return effect.scaled(min([1.0, *(step * np.arange(-count, count + 1))], key=misfit))
 
 
 def changes_stop(effect: AbstractEffect) -> bool:

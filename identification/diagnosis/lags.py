@@ -15,7 +15,7 @@ _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0)
 """Order of differentiation that turns a channel into the hammer's jerk, and sign of the factor; the suspension's part is neglected."""
 _NARROWEST, _WIDEST = 4, 32
 """Half widths of the test function, in samples, at least from and to: a wider one reduces noise and smooths the impact more."""
-_LONGEST = 0.02
+LONGEST = 0.02
 """Longest delay that is detected, and largest half width, s."""
 _SHORTEST, _OF_WIDTH = 2.0, 0.1
 """Delay up to which the score test applies instead: in samples, and over the smallest half width that shows it; wider test functions also
@@ -76,7 +76,7 @@ def _delay(jerks: _Jerks, late: str, early: str) -> float | None:
         return None
     alike = max(_ALIKE * abs(samples), _SHORTEST)
     narrowest = min((half for half, _, by_delay, other in found if by_delay > _CLEARLY and abs(other - samples) <= alike), default=0)
-    is_long = max(_SHORTEST, _OF_WIDTH * narrowest) < abs(samples) <= _LONGEST / jerks.dt
+    is_long = max(_SHORTEST, _OF_WIDTH * narrowest) < abs(samples) <= LONGEST / jerks.dt
     return samples * jerks.dt if is_long and drop > _CLEARLY else 0.0
 
 
@@ -97,7 +97,7 @@ def _jerks(record: Record) -> _Jerks:
     if span > _PAUSES * dt * len(record.time):
         return _Jerks(dt=dt, half_widths=(), by_channel={})
     even = record.time[0] + dt * np.arange(int(span / dt) + 1)
-    widest = min(max(_WIDEST, int(_LONGEST / dt)), (len(even) - 1) // 4)
+    widest = min(max(_WIDEST, int(LONGEST / dt)), (len(even) - 1) // 4)
     half_widths, jerks = tuple(_NARROWEST * 2**octave for octave in range((max(widest, 1) // _NARROWEST).bit_length())), {}
     for name in record.channels.keys() & _DERIVATIVES.keys():
         order, sign = _DERIVATIVES[name]
