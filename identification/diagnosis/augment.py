@@ -10,7 +10,8 @@ import numpy as np
 from identification.diagnosis.lags import LONGEST
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
-from identification.guesses.parameters import contact_start
+from identification.guesses.motion import driving_channels
+from identification.guesses.parameters import likelier_start
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
@@ -20,6 +21,9 @@ from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
+
+_COARSE = 100
+"""Steps of the first search for a channel's lateness, on either side."""
 
 
 def augmented(
@@ -91,25 +95,33 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
 
 
 def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
-    """A channel as late as it follows the estimated motion best: steps find only the lateness that is less than the impacts are long.
+    """An effect that makes its channel late, as late as the channel follows the estimated motion best.
 
-    It is tried up to `LONGEST` on either side by the end of the longest record, in steps of half a sampling interval.
+    Gauss-Newton steps find it from nothing only where it shifts impacts by less than they last. Tried are up to `LONGEST` on either side at
+    the end of the longest record: in some hundred steps, then in steps of half a sampling interval about the best.
     """
-    channel, last = effect.channel or "", np.array(seen.scales.latest)
-    step = 0.5 * seen.scales.sampling / float(effect.lateness(last)) if float(effect.lateness(last)) else 0.0
+    channel, last = effect.channel or "", float(effect.lateness(jnp.asarray(seen.scales.latest)))
+    step = 0.5 * seen.scales.sampling / last if last else 0.0
     pairs = [
         (record.time, record.channels[channel], np.asarray(course.readings[channel])[: len(record.time)], record.noise[channel])
         for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)
-        if channel in record.channels
+        if channel in record.channels and channel not in driving_channels(record)
     ]
 
     def misfit(factor: float) -> float:
         late = effect.scaled(factor)
-        errors = [(read - np.interp(t - np.asarray(late.lateness(t)), t, shown)) / noise for t, read, shown, noise in pairs]
-        return float(sum(np.nansum(one**2) for one in errors))
+        errors = []
+        for t, read, shown, noise in pairs:
+            at = t - np.asarray(late.lateness(jnp.asarray(t)))
+            errors.append((read - np.interp(at, t, shown, left=np.nan, right=np.nan)) / noise)
+        return float(np.nanmean(np.concatenate(errors) ** 2))
 
     count = int(LONGEST / (0.5 * seen.scales.sampling))
-    return effect.scaled(min([1.0, *(step * np.arange(-count, count + 1))], key=misfit))
+    coarse = max(1, count // _COARSE)
+    if not pairs or not step:
+        return effect
+    rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=misfit)
+    return effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=misfit))
 
 
 def changes_stop(effect: AbstractEffect) -> bool:
@@ -123,7 +135,8 @@ def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -
     Exponents of the model's own law are held: loops that drift mislead these.
     """
     of_law = {p.name for p in problem.model.law.parameters if p.logarithmic}
-    free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place]]
+    given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
+    free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place] and name not in given]
     names = tuple(name for name in free if name in of_law or name.startswith(f"{effect.name}."))
     model = problem.model_at(problem.start)
     before = dataclasses.replace(model, effects=tuple(one for one in model.effects if one.name != effect.name))
@@ -131,16 +144,13 @@ def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -
     def begun_from(deepest: float, force: float) -> list[AbstractEffect]:
         return list(effect.probe.effects(dataclasses.replace(scales, deepest=deepest, force=force)))
 
-    cell, inertia = (
-        contact_start(before, list(problem.experiment.records), list(problem.motions), names, load_cell=load_cell, effects=begun_from)
-        for load_cell in (True, False)
-    )
-    found = cell or inertia
+    found = likelier_start(before, list(problem.experiment.records), list(problem.motions), names, begun_from)
     if found is None:
         return problem
     values, own = problem.values(problem.start) | found[0], problem.start.own.copy()
     own[:, OF_RECORD.index("gap_error")] = found[1]
     shared = np.array([np.log(values[name]) if logarithmic else values[name] for name, logarithmic in problem.unknowns.shared])
+    shared = np.clip(shared, problem.border.lower, problem.border.upper)
     return dataclasses.replace(problem, start=dataclasses.replace(problem.start, shared=shared, own=own))
 
 

@@ -25,7 +25,7 @@ from identification.guesses.parameters import GAP_PRIOR_STD_M
 from identification.result.result import RecordFit
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate
-from identification.trajectory.segments import at_ceiling
+from identification.trajectory.segments import not_shown
 from identification.trajectory.start import Problem
 from identification.wording.names import plain_name
 from identification.wording.numbers import joined, significant, with_unit
@@ -176,7 +176,7 @@ def _errors(experiment: Experiment, records: tuple[RecordFit, ...]) -> dict[str,
         inputs = driving_channels(next(record for record in experiment.records if record.file == one.file))
         for channel in one.measured.keys() - inputs:
             error = one.measured[channel] - one.predicted[channel]
-            kept = error[np.isfinite(error) & ~at_ceiling(channel, one.measured[channel])]
+            kept = error[np.isfinite(error) & ~not_shown(channel, one.measured[channel])]
             left.setdefault(channel, []).extend([kept] if len(kept) else [])
     return {
         channel: (

@@ -353,7 +353,7 @@ def _shortlist(seen: Look) -> list[Scored]:
 
 
 def _is_stop(candidate: Candidate) -> bool:
-    """Whether a candidate is a stop that the motion without it passes through: its gain at first order says nothing."""
+    """Whether a candidate is a stop, or changes the law of the stop: of such its gain at first order says little."""
     return bool(candidate.members) and (candidate.members[0].probe.is_stop or changes_stop(candidate.members[0]))
 
 

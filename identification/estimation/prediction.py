@@ -24,7 +24,7 @@ from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
-from identification.trajectory.segments import OF_RECORD, Chains, at_ceiling, chains_of
+from identification.trajectory.segments import OF_RECORD, Chains, chains_of, not_shown
 from identification.trajectory.start import Problem
 from identification.trajectory.variances import SMALLEST_FORCE, Variances, vanishes
 from vibrojax.channels import EVERY_CHANNEL, UNITS
@@ -198,7 +198,7 @@ def _record_fit(
     for name in EVERY_CHANNEL:
         if name not in record.channels or name in driving_channels(record):
             continue
-        measured = np.where(at_ceiling(name, record.channels[name]), np.nan, record.channels[name])
+        measured = np.where(not_shown(name, record.channels[name]), np.nan, record.channels[name])
         error = measured - np.where(np.isfinite(predicted[name]), predicted[name], np.nanmean(measured))
         rms, spread = float(np.sqrt(np.nanmean(error**2))), float(np.nanstd(record.channels[name]))
         nrmse[name], chi2[name] = rms / spread if spread > 0.0 else np.nan, (rms / record.noise[name]) ** 2

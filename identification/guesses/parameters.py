@@ -53,11 +53,21 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     values |= wanted
     model = model.replace(values)
     free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
-    cell, inertia = (contact_start(model, records, motions, free, load_cell=load_cell) for load_cell in (True, False))
-    read = cell or inertia or ({}, np.zeros(len(records)))
-    if cell is not None and inertia is not None and _unlikely(cell[1]) - _unlikely(inertia[1]) > _CLEARLY:
-        read = inertia
+    read = likelier_start(model, records, motions, free) or ({}, np.zeros(len(records)))
     return values | read[0], read[1]
+
+
+Effects = Callable[[float, float], Iterable[AbstractEffect]]
+"""From the largest indentation, m, and force, N, an effect that changes the stop, at several strengths."""
+
+
+def likelier_start(
+    model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], effects: Effects | None = None
+) -> tuple[dict[str, float], np.ndarray] | None:
+    """`contact_start` off the load cell, or off inertia where there is none or where the gaps that the cell asks for are unlikely."""
+    cell, inertia = (contact_start(model, records, motions, names, load_cell=one, effects=effects) for one in (True, False))
+    unlikely = cell is not None and inertia is not None and _unlikely(cell[1]) - _unlikely(inertia[1]) > _CLEARLY
+    return inertia if cell is None or unlikely else cell
 
 
 def _unlikely(gap_errors: np.ndarray) -> float:
@@ -72,7 +82,7 @@ def contact_start(
     names: tuple[str, ...],
     *,
     load_cell: bool,
-    effects: Callable[[float, float], Iterable[AbstractEffect]] = lambda deepest, force: (),
+    effects: Effects | None = None,
 ) -> tuple[dict[str, float], np.ndarray] | None:
     """Contact parameters by name, SI, and setting errors of the gaps, m, (records,), by least squares of force on indentation.
 
@@ -86,20 +96,23 @@ def contact_start(
         motions: smoothed motion of each, None where there is none.
         names: parameters of the law, and of effects that change it, that are to be estimated.
         load_cell: take F from the load cell; otherwise from the hammer's inertia, less the force of the suspension.
-        effects: from the largest indentation, m, and force, N: an effect that changes the stop, beside those of the model, at several
-            strengths to begin from; none by default.
+        effects: beside those of the model, at the strengths to begin from; none by default.
     """
     samples = _samples(model, records, motions, load_cell)
-    if samples is None:
+    if samples is None or not names:
         return None
-    more = effects(float(np.max(samples["indentation"])), float(np.max(samples["force"])))
-    begun = [dataclasses.replace(model, effects=(*model.effects, one)) for one in more] or [model]
-    if not names or not isinstance(begun[0].stop(0.0)[0], AbstractCompliantLaw):
+    begun = [model]
+    if effects is not None:
+        most = [max(float(np.max(samples[name])), 0.0) for name in ("indentation", "force")]
+        begun = [dataclasses.replace(model, effects=(*model.effects, one)) for one in effects(*most)]
+    if not begun or not isinstance(begun[0].stop(0.0)[0], AbstractCompliantLaw):
         return None
     owners, slot = np.unique(samples.pop("record"), return_inverse=True)
     units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
     specs, fits = {p.name: p for p in begun[0].parameters}, []
-    for model, exponent, part in product(begun, _EXPONENTS if "n" in names else (None,), (_DEEP, _SHALLOW) if more else (_DEEP,)):
+    for model, exponent, part in product(
+        begun, _EXPONENTS if "n" in names else (None,), (_DEEP,) if effects is None else (_DEEP, _SHALLOW)
+    ):
         given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
         start = np.concatenate([_guess(model, specs, names, samples, exponent, part), np.zeros(_RECORDS)])
         programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]

@@ -189,7 +189,7 @@ def whitened_rows(
     states = len(unknowns.states)
     by = scaled(chains, border, linear.by, states)
     for c, one in enumerate(white):
-        yield one.matrix @ reaching(by[:, :, c], states, one.lags.shape[-1]), one(linear.residual[:, :, c])
+        yield one.applied(reaching(by[:, :, c], states, one.lags.shape[-1])), one(linear.residual[:, :, c])
 
 
 def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, at: Estimate, white: tuple[Whitening, ...]) -> Weighed:

@@ -51,7 +51,11 @@ def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three
 
 
 def segments_covariance(chains: Chains, solution: Solution) -> Float[np.ndarray, "segments columns columns"]:
-    """Posterior covariance of what a segment's readings depend on, in the order of `Weighed`."""
+    """Posterior covariance of what a segment's readings depend on, in the order of `Weighed`.
+
+    Raises:
+        LinAlgError: see `knots_covariance`.
+    """
     size = solution.knots.shape[1]
     between, before = knots_covariance(solution), np.maximum(chains.left - 1, 0)
     inside = between[before]
@@ -73,7 +77,10 @@ def expected_products(
 ) -> Iterator[tuple[Float[np.ndarray, "runs lags lags"], Float[np.ndarray, " runs"]]]:
     """By channel: expected sums of r_(i-j) r_(i-l) over the samples that have 0, 1, ..., `highest` counted ones in a row before them.
 
-    And how many samples these are. Residuals are over the declared noise.
+    And how many samples these are. Residuals are over the declared noise; products of more lags than samples before mean nothing.
+
+    Raises:
+        LinAlgError: see `knots_covariance`.
     """
     states, samples = len(unknowns.states), chains.samples
     covariance = segments_covariance(chains, solution)
@@ -88,8 +95,8 @@ def expected_products(
         products = rows @ covariance @ rows.swapaxes(1, 2) + values[:, :, None] * values[:, None, :]
         sums = np.zeros((highest + 1, highest + 1, highest + 1))
         for i in range(samples):
+            window = products[:, i : i + highest + 1, i : i + highest + 1].reshape(len(products), -1)
             for run in np.unique(runs[here[:, i], i]):
-                mask = (here[:, i] & (runs[:, i] == run)).astype(float)
-                total = (mask @ products.reshape(len(mask), -1)).reshape(products.shape[1:])
-                sums[run] += total[i : i + highest + 1, i : i + highest + 1][::-1, ::-1]
+                total = (here[:, i] & (runs[:, i] == run)).astype(float) @ window
+                sums[run] += total.reshape(highest + 1, highest + 1)[::-1, ::-1]
         yield sums, np.array([np.sum(here & (runs == run)) for run in range(highest + 1)], float)

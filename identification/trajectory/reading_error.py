@@ -127,27 +127,28 @@ class Whitening:
         """Sum of the logarithms of the variances."""
         return float(-2.0 * np.log(self.scale[self.scale > 0]).sum())
 
-    @property
-    def matrix(self) -> Float[np.ndarray, "segments samples reach"]:
-        """Whitened residuals of a segment by the last `order` ones of the segment before it and its own."""
+    def applied(self, reach: Float[np.ndarray, "segments reach columns"]) -> Float[np.ndarray, "segments samples columns"]:
+        """Whitened values of a segment, from the last `order` ones of the segment before it and its own."""
         segments, samples, order = self.lags.shape
-        found, here = np.zeros((segments, samples, order + samples)), np.arange(samples)
-        found[:, here, order + here] = self.scale
+        if not order:
+            return reach * self.scale[..., None]
+        matrix, here = np.zeros((segments, samples, order + samples)), np.arange(samples)
+        matrix[:, here, order + here] = self.scale
         for lag in range(1, order + 1):
-            found[:, here, order + here - lag] = -self.lags[..., lag - 1] * self.scale
-        return found
+            matrix[:, here, order + here - lag] = -self.lags[..., lag - 1] * self.scale
+        return matrix @ reach
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Whitened values; (segments, samples, ...)."""
         segments, samples, order = self.lags.shape
         here = values.reshape(segments, samples, -1)
-        return (self.matrix @ np.concatenate([tail(here, order), here], axis=1)).reshape(values.shape)
+        return self.applied(np.concatenate([tail(here, order), here], axis=1)).reshape(values.shape)
 
 
 def tail(values: np.ndarray, count: int) -> np.ndarray:
-    """The last `count` samples of the segment before each, zeros before the first; (segments, count, ...)."""
-    found = np.zeros((len(values), count, *values.shape[2:]))
-    found[1:] = values[:-1, values.shape[1] - count :]
+    """The last `count` samples of the segment before each, zeros before those that it has; (segments, count, ...)."""
+    found, kept = np.zeros((len(values), count, *values.shape[2:])), min(count, values.shape[1])
+    found[1:, count - kept :] = values[:-1, values.shape[1] - kept :]
     return found
 
 

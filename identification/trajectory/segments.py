@@ -243,21 +243,24 @@ def chains_of(
     )
 
 
-def at_ceiling(channel: str, values: Float[np.ndarray, " samples"]) -> np.ndarray:
+def not_shown(channel: str, values: Float[np.ndarray, " samples"]) -> np.ndarray:
+    """Samples of a channel `at_ceiling`; the load cell's at its upper one count, since an effect explains them (`ForceClipping`)."""
+    return at_ceiling(values, above=channel != ForceClipping.of_channel)
+
+
+def at_ceiling(values: Float[np.ndarray, " samples"], *, above: bool = True) -> np.ndarray:
     """Samples at the largest or smallest value of a channel that is cut off there: those say no more than that the true one lies beyond.
 
-    A channel is cut off where it has one extreme value at least `CEILING_SAMPLES` times, and `CEILING_RUN` times in a row. None of the
-    channel that `ForceClipping` explains: its readings count, so that a ceiling is found.
+    A channel is cut off where it has one extreme value at least `CEILING_SAMPLES` times, and `CEILING_RUN` times in a row. The largest
+    value is looked at where `above`.
 
     Example:
         >>> wave = np.sin(np.linspace(0.0, 40.0, 400))
-        >>> [int(at_ceiling("hammer_displacement", one).sum()) for one in (wave, np.minimum(wave, 0.9))]
-        [0, 63]
+        >>> int(at_ceiling(wave).sum()), int(at_ceiling(np.minimum(wave, 0.9)).sum())
+        (0, 63)
     """
     found = np.zeros(len(values), bool)
-    if channel == ForceClipping.of_channel:
-        return found
-    for extreme in (np.nanmax(values, initial=-np.inf), np.nanmin(values, initial=np.inf)):
+    for extreme in (*((np.nanmax(values, initial=-np.inf),) if above else ()), np.nanmin(values, initial=np.inf)):
         there = values == extreme
         run = np.convolve(there, np.ones(CEILING_RUN))
         if there.sum() >= CEILING_SAMPLES and run.max() >= CEILING_RUN and there.sum() < 0.5 * len(values):
@@ -295,7 +298,7 @@ def _segments(
     for column, name in enumerate(channels):
         if name in record.channels and name not in driving:
             values = record.channels[name]
-            usable = np.isfinite(values) & ~at_ceiling(name, values)
+            usable = np.isfinite(values) & ~not_shown(name, values)
             read, there = shown_at(time, late.get(name))
             all_usable, usable = usable, usable[read] & there
             lost[column] = max(int(all_usable.sum()) - int(usable.sum()), 0)

@@ -44,8 +44,8 @@ def _factor(record: Record) -> int:
     if measured_input or len(steps) < _FEWEST or np.ptp(steps) > 0.1 * np.median(steps):
         return 1
     rate, needed = 1.0 / float(np.median(steps)), 0.0
-    for name, values in record.channels.items():
-        if not np.all(np.isfinite(values)) or at_ceiling(name, values).any():
+    for values in record.channels.values():
+        if not np.all(np.isfinite(values)) or at_ceiling(values).any():
             return 1
         hz, power = welch(values - values.mean(), rate, nperseg=min(_LONGEST, len(values) // 4))
         floor = float(np.median(power[hz > 0.25 * rate]))

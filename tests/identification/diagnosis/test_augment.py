@@ -35,6 +35,19 @@ def test_a_stop_begins_at_its_place_whatever_its_first_order_says():
     assert strengthened((stop,), np.array([-0.3])) == (stop, {})
 
 
+@pytest.mark.parametrize("delay", [3e-3, -7e-3])
+def test_a_late_channel_begins_where_it_follows_the_motion(seen, delay):
+    """From any first strength: impacts that have been shifted by more than they last give no slope towards it."""
+    problem, candidate, records = seen.fitted.problem, probed(seen, "time_offset"), []
+    for record in problem.experiment.records:
+        late = np.interp(record.time - delay, record.time, record.channels[candidate.channel])
+        records.append(dataclasses.replace(record, channels=record.channels | {candidate.channel: late}))
+    experiment = dataclasses.replace(problem.experiment, records=tuple(records))
+    beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, experiment=experiment)))
+    _, near = extended(beside, candidate, np.ones(1))
+    assert near.shared[-1] == pytest.approx(delay, abs=seen.scales.sampling)
+
+
 def test_the_strength_of_a_loss_goes_with_its_estimate():
     drag = at_start(EFFECTS["quadratic_drag"])
     (found, own) = strengthened((drag,), np.array([2.0]))

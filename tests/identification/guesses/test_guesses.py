@@ -12,6 +12,7 @@ from identification.guesses.motion import Kinematics, harmonic_start, kinematics
 from identification.guesses.parameters import contact_start, first_guesses
 from identification.guesses.suspension import suspension_start
 from vibrojax.contact import HuntCrossley
+from vibrojax.effects.stops import DeepStop
 from vibrojax.model import Model
 from vibrojax.suspension import Linear
 
@@ -90,12 +91,26 @@ def test_contact_start_reads_the_force_law():
     assert errors[0] == pytest.approx(2e-5, abs=1e-5)
 
 
+def test_loops_show_a_harder_stop_behind_the_first():
+    record, motion, model = loops_of_a_known_law()
+    deep = 4e7 * np.maximum(motion.u - 2e-5 - 3e-4, 0.0) ** 1.5
+    harder = dataclasses.replace(motion, force=motion.force + deep)
+    stops = lambda deepest, force: [DeepStop(force / (0.3 * deepest) ** 1.5, part * deepest, 0.3) for part in (0.5, 0.8)]  # noqa: E731
+    names = ("k_i", "lambda_i", "deep_stop.deep_stiffness", "deep_stop.depth", "deep_stop.deep_damping")
+    found = contact_start(model, [record], [harder], names, load_cell=True, effects=stops)
+    assert found is not None
+    assert found[0]["k_i"] == pytest.approx(2e6, rel=0.3)
+    assert found[0]["deep_stop.depth"] == pytest.approx(3e-4, rel=0.1)
+    assert found[0]["deep_stop.deep_stiffness"] == pytest.approx(4e7, rel=0.3)
+    assert contact_start(model, [record], [harder], names, load_cell=True, effects=lambda deepest, force: []) is None
+
+
 @pytest.mark.parametrize(("cell_gap", "stiffness"), [(3e-3, 2e6), (7e-5, 1e6)])
 def test_contact_is_read_off_the_inertia_only_where_the_cell_shows_the_stop_millimetres_away(monkeypatch, cell_gap, stiffness):
     """A gap that was set wrong by 70 um does not speak against the cell."""
     record, motion, model = loops_of_a_known_law()
     read = {True: ({"k_i": 1e6}, np.array([cell_gap])), False: ({"k_i": 2e6}, np.array([1e-5]))}
-    monkeypatch.setattr(parameters, "contact_start", lambda *_, load_cell: read[load_cell])
+    monkeypatch.setattr(parameters, "contact_start", lambda *_, load_cell, effects: read[load_cell])
     experiment = Experiment(
         name="cell", folder=Path(), mass=1.0, suspension=Suspension(kind="linear"), law="hunt-crossley", sha256="", records=(record,)
     )

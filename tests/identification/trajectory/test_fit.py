@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from identification.trajectory.fit import _rank, fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
-from identification.trajectory.segments import at_ceiling
+from identification.trajectory.segments import at_ceiling, not_shown
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode
 from tests.identification.conftest import TRUTH
@@ -82,10 +82,16 @@ def test_a_slow_reading_error_is_no_random_force():
         assert abs(np.log(values[name] / truth)) < 3.0 * error
 
 
+def test_the_ceiling_of_a_load_cell_counts_since_an_effect_explains_it():
+    wave = np.clip(np.sin(np.linspace(0.0, 40.0, 400)), -0.8, 0.9)
+    assert not_shown("hammer_acceleration", wave).sum() == np.sum((wave >= 0.9) | (wave <= -0.8))
+    assert not_shown("impact_force", wave).sum() == np.sum(wave <= -0.8)
+
+
 def test_samples_at_a_ceiling_do_not_count():
     wave = np.sin(np.linspace(0.0, 40.0, 400))
-    assert not at_ceiling("hammer_acceleration", wave).any()
-    assert at_ceiling("hammer_acceleration", np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
+    assert not at_ceiling(wave).any()
+    assert at_ceiling(np.minimum(wave, 0.9)).sum() == np.sum(wave >= 0.9)
 
 
 @pytest.mark.parametrize(("rate", "decay"), [(500.0, 0.01), (1000.0, 0.05)])
