@@ -89,7 +89,7 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without."""
     whole = seen.fitted.problem.model_at(seen.fitted.at)
     effect, own = strengthened(candidate.members, strengths)
-    effect = _aligned(seen, effect) if effect.channel and is_late(effect) else effect
+    effect = _aligned(seen, effect) if effect.channel and is_late(effect) and seen.scales.force > 0 else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
     return (_from_loops(problem, effect, seen.scales) if whole.has_stop and changes_stop(effect) else problem), near
 
@@ -97,8 +97,8 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
 def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
     """An effect that makes its channel late, as late as the channel follows the estimated motion best.
 
-    Gauss-Newton steps find it from nothing only where it shifts impacts by less than they last. Tried are up to `LONGEST` on either side at
-    the end of the longest record: in some hundred steps, then in steps of half a sampling interval about the best.
+    Where there are impacts, steps find it from nothing only if it shifts them by less than they last. Tried are up to `LONGEST` on either
+    side at the end of the longest record: in some hundred steps, then in steps of half a sampling interval about the best.
     """
     channel, last = effect.channel or "", float(effect.lateness(jnp.asarray(seen.scales.latest)))
     step = 0.5 * seen.scales.sampling / last if last else 0.0
