@@ -217,7 +217,7 @@ def is_significant(one: Alternative) -> bool:
 
 def is_twin(one: Alternative, best: Alternative, samples: int) -> bool:
     """Whether chance alone could have put the best before an alternative."""
-    return one.criterion(samples) - best.criterion(samples) < -2.0 * float(np.log(LEVEL))
+    return bool(one.criterion(samples) - best.criterion(samples) < -2.0 * np.log(LEVEL))
 
 
 def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternative, Reestimated]]) -> bool:
@@ -225,7 +225,7 @@ def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternati
     samples = seen.fitted.local.samples
     gain, degrees = gain_of_values(seen.fitted, names)
     best = min((one.criterion(samples) for one, _ in weighed), default=0.0)
-    return chance(gain, degrees, 1) < LEVEL and degrees * float(np.log(samples)) - gain < best
+    return chance(gain, degrees, 1) < LEVEL and bool(degrees * np.log(samples) - gain < best)
 
 
 def _step(

@@ -54,12 +54,12 @@ class Variances:
 
 def vanishes(problem: Problem, force: RandomForce) -> bool:
     """Whether nothing is left of the random force."""
-    return force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force
+    return bool(force.std <= 1.01 * SMALLEST_FORCE * problem.scales.force)
 
 
 def is_largest(problem: Problem, force: RandomForce) -> bool:
     """Whether a random force is as large as it may be: then its likeliest size lies beyond."""
-    return force.std >= 0.99 * LARGEST_FORCE * problem.scales.force
+    return bool(force.std >= 0.99 * LARGEST_FORCE * problem.scales.force)
 
 
 def is_no_mode(problem: Problem, force: RandomForce) -> bool:
@@ -68,7 +68,7 @@ def is_no_mode(problem: Problem, force: RandomForce) -> bool:
     One that is as large as it may be explains any motion. A white one, of the shortest memory, has no finite acceleration: where that is
     read, it takes the place of an error of the reading, whatever that is, and moves the hammer with it.
     """
-    white = np.log(force.memory) <= _force_range(problem)[0][1] + 0.01 and not vanishes(problem, force)
+    white = bool(np.log(force.memory) <= _force_range(problem)[0][1] + 0.01) and not vanishes(problem, force)
     return is_largest(problem, force) or (white and "hammer_acceleration" in problem.chains.channels)
 
 
