@@ -41,7 +41,7 @@ def augmented(
     return refitted(*extended(seen, candidate, strengths), seen.fitted, progress, expected=expected)
 
 
-def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progress, *, expected: float = -np.inf) -> Fitted:
+def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, expected: float = -np.inf) -> Fitted:
     """A problem fitted from the estimate and the variances of another model; unless that is as likely as expected, anew from both ends.
 
     Where physics is missing, the other model's estimate may be far off, and reading errors may have taken the place of physics: then the
@@ -50,16 +50,17 @@ def refitted(problem: Problem, near: Estimate, beside: Fitted, progress: Progres
 
     Args:
         problem: that begins at the measured trajectory.
-        near: estimate of it from the other model.
+        near: estimate of it from the other model; None where that says nothing.
         beside: the other model, fitted.
         expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is,
             unless reading errors had taken its place.
         progress: called with a line in each round.
     """
     found = None
-    with suppress(NoConvergenceError):
-        found = continued(problem, near, beside, progress)
-        found = found if found.converged else None
+    if near is not None:
+        with suppress(NoConvergenceError):
+            found = continued(problem, near, beside, progress)
+            found = found if found.converged else None
     if found is not None:
         force = found.variances.force
         explained = vanishes(problem, force) and not beside.of_readings
@@ -85,13 +86,18 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
     return dataclasses.replace(found, of_readings=beside.of_readings)
 
 
-def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate]:
-    """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without."""
+def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
+    """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
+
+    None of that where the model without has no stop: its motion went through the one that the effect brings.
+    """
     whole = seen.fitted.problem.model_at(seen.fitted.at)
     effect, own = strengthened(candidate.members, strengths)
     effect = _aligned(seen, effect) if effect.channel and is_late(effect) and seen.scales.force > 0 else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
-    return (_from_loops(problem, effect, seen.scales) if whole.has_stop and changes_stop(effect) else problem), near
+    if not changes_stop(effect):
+        return problem, near
+    return _from_loops(problem, effect, seen.scales), near if whole.has_stop else None
 
 
 def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
@@ -137,7 +143,8 @@ def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -
     of_law = {p.name for p in problem.model.law.parameters if p.logarithmic}
     given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
     free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place] and name not in given]
-    names = tuple(name for name in free if name in of_law or name.startswith(f"{effect.name}."))
+    placed = {f"{effect.name}.{p.name}" for p in effect.parameters if p.from_gap}  # as the errors of the gaps say
+    names = tuple(name for name in free if name in of_law or (name.startswith(f"{effect.name}.") and name not in placed))
     model = problem.model_at(problem.start)
     before = dataclasses.replace(model, effects=tuple(one for one in model.effects if one.name != effect.name))
 

@@ -348,13 +348,19 @@ def _shortlist(seen: Look) -> list[Scored]:
     best = list(best_of_each(seen.listed).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
-        chosen += [one for one in best if _is_stop(one.candidate) and one.gain > 0.0 and not any(one is other for other in chosen)]
+        stops = [one for one in best if _is_stop(one.candidate) and (one.gain > 0.0 or _gives_stop(seen, one.candidate))]
+        chosen += [one for one in stops if not any(one is other for other in chosen)]
     return chosen
 
 
 def _is_stop(candidate: Candidate) -> bool:
     """Whether a candidate is a stop, or changes the law of the stop: of such its gain at first order says little."""
     return bool(candidate.members) and (candidate.members[0].probe.is_stop or changes_stop(candidate.members[0]))
+
+
+def _gives_stop(seen: Look, candidate: Candidate) -> bool:
+    """Whether a candidate is the stop that the model lacks: however large errors of the readings hide it, it may say everything."""
+    return not seen.fitted.problem.model.has_stop and bool(candidate.members) and changes_stop(candidate.members[0])
 
 
 def _lies_in_contact(seen: Look) -> bool:
