@@ -10,13 +10,14 @@ import numpy as np
 from identification.diagnosis.lags import LONGEST
 from identification.diagnosis.look import Candidate, Look
 from identification.diagnosis.signals import own_states
+from identification.experiment import Record
 from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import likelier_start
 from identification.trajectory.fit import Fitted, Progress, fit, polished
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
-from identification.trajectory.start import Problem
+from identification.trajectory.start import Problem, begun_from
 from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
@@ -89,15 +90,36 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
-    None of that where the model without has no stop: its motion went through the one that the effect brings.
+    None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a delay that the
+    records show without a model: that motion followed channels of which one was late.
     """
     whole = seen.fitted.problem.model_at(seen.fitted.at)
-    effect, own = strengthened(candidate.members, strengths)
-    effect = _aligned(seen, effect) if effect.channel and is_late(effect) and seen.scales.force > 0 else effect
+    shown = is_shown_delay(seen, candidate)
+    effect, own = (candidate.members[0], {}) if shown else strengthened(candidate.members, strengths)
+    effect = _aligned(seen, effect) if not shown and effect.channel and is_late(effect) and seen.scales.force > 0 else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
+    if shown:
+        return begun_from(problem, tuple(_shifted(record, effect) for record in problem.experiment.records)), None
     if not changes_stop(effect):
         return problem, near
     return _from_loops(problem, effect, seen.scales), near if whole.has_stop else None
+
+
+def is_shown_delay(seen: Look, candidate: Candidate) -> bool:
+    """Whether a candidate is the constant delay of a channel that the records show without a model."""
+    if not candidate.members or not is_late(candidate.members[0]):
+        return False
+    delay, channel = candidate.members[0].probe.delay, candidate.channel
+    return bool(delay) and seen.scales.lags.get(channel) == getattr(candidate.members[0], delay)
+
+
+def _shifted(record: Record, effect: AbstractEffect) -> Record:
+    """A record of which the channel that an effect makes late has been read so much later."""
+    channel = effect.channel or ""
+    if channel not in record.channels:
+        return record
+    at = record.time + np.asarray(effect.lateness(jnp.asarray(record.time)))
+    return dataclasses.replace(record, channels={**record.channels, channel: np.interp(at, record.time, record.channels[channel])})
 
 
 def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, changes_stop, refitted, without
+from identification.diagnosis.augment import augmented, changes_stop, is_shown_delay, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -17,6 +17,7 @@ from identification.diagnosis.scatter import contradicted, differing, gain_of_va
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
+from identification.trajectory.motion import is_late
 from identification.trajectory.variances import Variances
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
@@ -238,10 +239,12 @@ def _step(
     waiting = [
         pair
         for pair in found
-        if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING or (hidden and _is_stop(pair[0].candidate))
+        if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING
+        or (hidden and (_is_stop(pair[0].candidate) or _is_shown(seen, pair[0].candidate)))
     ]
-    if hidden and (not seen.fitted.problem.model.has_stop or _lies_in_contact(seen)):
-        waiting.sort(key=lambda pair: not _is_stop(pair[0].candidate))
+    if hidden:
+        stops_first = not seen.fitted.problem.model.has_stop or _lies_in_contact(seen)
+        waiting.sort(key=lambda pair: not (_is_shown(seen, pair[0].candidate) or (stops_first and _is_stop(pair[0].candidate))))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
@@ -344,18 +347,27 @@ def _numbers(candidate: Candidate, records: int) -> int:
 
 
 def _shortlist(seen: Look) -> list[Scored]:
-    """The best of each kind by score; where scores do not order, stops too, which the motion without them passes through."""
+    """The best of each kind by score; where scores do not order, also stops, and delays that the records show without a model."""
     best = list(best_of_each(seen.listed).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
+        shown = list(best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)]).values())
+        chosen = [one for one in chosen if all(one.candidate.key != other.candidate.key for other in shown)]
         stops = [one for one in best if _is_stop(one.candidate) and (one.gain > 0.0 or _gives_stop(seen, one.candidate))]
-        chosen += [one for one in stops if not any(one is other for other in chosen)]
+        chosen += [*shown, *(one for one in stops if not any(one is other for other in chosen))]
     return chosen
 
 
 def _is_stop(candidate: Candidate) -> bool:
     """Whether a candidate is a stop, or changes the law of the stop: of such its gain at first order says little."""
     return bool(candidate.members) and (candidate.members[0].probe.is_stop or changes_stop(candidate.members[0]))
+
+
+def _is_shown(seen: Look, candidate: Candidate) -> bool:
+    """Whether a candidate makes a channel late that the records show to be, by as much as they show where that is constant."""
+    if not candidate.members or candidate.channel not in seen.scales.lags or not is_late(candidate.members[0]):
+        return False
+    return not candidate.members[0].probe.delay or is_shown_delay(seen, candidate)
 
 
 def _gives_stop(seen: Look, candidate: Candidate) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import jax
 import numpy as np
+from jaxtyping import Float
 from scipy.signal import find_peaks
 
 from identification.experiment import Experiment, ParameterOption, Record
@@ -27,7 +28,6 @@ from identification.trajectory.chain_equations import Border, Scales
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import (
     APPROACH_SPEED,
-    OF_RECORD,
     Chains,
     Unknowns,
     chains_of,
@@ -121,6 +121,57 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     zeros = {channel: sensor.zero for channel, sensor in experiment.sensors.items() if sensor.zero is not None}
     unknowns = unknowns_of(model, parameters, zeros=tuple(zeros), varying=varying(experiment))
 
+    values, own, motions = _first(experiment, model, parameters, earlier)
+    f_n = values.get("f_n", 0.0)
+    filters = [state.scale for one in model.recorder for state in one.own_states]
+    scales = _scales(experiment, motions, f_n, filters, unknowns)
+    excited = [record.excitation_frequency or 0.0 for record in records]
+    fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
+    rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
+    chains = chains_of(records, samples_of_a_segment(records, fastest, mass=experiment.mass, resolution=scales.resolution), rest=rest)
+    flight = step_in_flight(records, model, fastest)
+    own = np.pad(own, ((0, 0), (0, len(unknowns.own) - own.shape[1])))
+    shared = np.array([np.log(values[p.name]) if p.logarithmic else values[p.name] for p in parameters])
+    states = _first_states(records, model, chains, unknowns, motions)
+    if isinstance(model.law, AbstractInstantaneousLaw):
+        for knots, record in zip(chains.knots, records, strict=True):
+            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
+    start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
+    return Problem(
+        experiment=experiment,
+        model=model.replace(values),
+        parameters=parameters,
+        unknowns=unknowns,
+        chains=chains,
+        border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
+        scales=scales,
+        integrator=Landing(contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)), flight_step=jax.device_put(np.asarray(flight))),
+        rest=tuple(rest),
+        motions=tuple(motions),
+        start=start,
+    )
+
+
+def begun_from(problem: Problem, records: tuple[Record, ...]) -> Problem:
+    """The problem, which begins with the motion and the parameters that other records show, as those of which a late channel is shifted."""
+    experiment, listed = dataclasses.replace(problem.experiment, records=records), dataclasses.replace(problem.model, effects=())
+    names = {p.name for p in listed.parameters} | {MASS.name}
+    values, own, motions = _first(experiment, listed, tuple(p for p in problem.parameters if p.name in names), {})
+    at, start = problem.start, problem.values(problem.start) | values
+    start = dataclasses.replace(
+        at,
+        states=_first_states(list(records), listed, problem.chains, problem.unknowns, motions),
+        shared=np.array([np.log(start[name]) if logarithmic else start[name] for name, logarithmic in problem.unknowns.shared]),
+        own=np.concatenate([own, at.own[:, own.shape[1] :]], axis=1),
+    )
+    return dataclasses.replace(problem, start=start, motions=tuple(motions))
+
+
+def _first(
+    experiment: Experiment, model: Model, parameters: tuple[Parameter, ...], earlier: dict[str, float]
+) -> tuple[dict[str, float], np.ndarray, list[Kinematics | None]]:
+    """Shared parameters by name; of each record the base's two components and the error of the gap, m; and the smoothed motions."""
+    records = list(experiment.records)
     bases, motions = _motions(experiment, model)
     given = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
     given = {p.name: float(np.clip((earlier | given)[p.name], p.lower, p.upper)) for p in parameters if p.name in earlier | given}
@@ -139,18 +190,14 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
         values |= _rebound(records, motions)
     values |= given
     values = {p.name: float(np.clip(values[p.name], max(p.lower, 1e-300), p.upper)) for p in parameters}
-    f_n = values.get("f_n", 0.0)
-    filters = [state.scale for one in model.recorder for state in one.own_states]
-    scales = _scales(experiment, motions, f_n, filters, unknowns)
-    excited = [record.excitation_frequency or 0.0 for record in records]
-    fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
-    rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
-    chains = chains_of(records, samples_of_a_segment(records, fastest, mass=experiment.mass, resolution=scales.resolution), rest=rest)
-    flight = step_in_flight(records, model, fastest)
-    own = np.zeros((len(records), len(unknowns.own)))
-    for index, ((amplitude, phase), error) in enumerate(zip(bases, gap_errors, strict=True)):
-        own[index, : len(OF_RECORD)] = amplitude * np.cos(phase), amplitude * np.sin(phase), error
-    shared = np.array([np.log(values[p.name]) if p.logarithmic else values[p.name] for p in parameters])
+    parts = [(size * np.cos(phase), size * np.sin(phase), error) for (size, phase), error in zip(bases, gap_errors, strict=True)]
+    return values, np.array(parts), motions
+
+
+def _first_states(
+    records: list[Record], model: Model, chains: Chains, unknowns: Unknowns, motions: Sequence[Kinematics | None]
+) -> Float[np.ndarray, "knots states"]:
+    """Relative motion at the knots, smoothed or as it is prescribed; the effects' own states at rest."""
     states = np.zeros((chains.knot_count, len(unknowns.states)))
     for index, (knots, motion) in enumerate(zip(chains.knots, motions, strict=True)):
         guided = inputs_of(records[index]).prescribed
@@ -162,23 +209,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
             if unknowns.states[-1] == APPROACH_SPEED:
                 states[knots, -1] = np.abs(motion.v).max()  # corrected at the first touch
-    if isinstance(model.law, AbstractInstantaneousLaw):
-        for knots, record in zip(chains.knots, records, strict=True):
-            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
-    start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
-    return Problem(
-        experiment=experiment,
-        model=model.replace(values),
-        parameters=parameters,
-        unknowns=unknowns,
-        chains=chains,
-        border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
-        scales=scales,
-        integrator=Landing(contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)), flight_step=jax.device_put(np.asarray(flight))),
-        rest=tuple(rest),
-        motions=tuple(motions),
-        start=start,
-    )
+    return states
 
 
 def _with_input_noise(record: Record, mass: float) -> Record:

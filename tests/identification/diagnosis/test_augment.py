@@ -7,9 +7,13 @@ import pytest
 
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
+from identification.diagnosis.look import Candidate
+from identification.trajectory.start import begun_from, problem_of
 from tests.effects.start import at_start
+from tests.identification.conftest import TRUTH
 from tests.identification.diagnosis.candidates import probed
-from vibrojax.effects import EFFECTS, BackStop
+from vibrojax.contact import NoContact
+from vibrojax.effects import EFFECTS, BackStop, TimeOffset
 from vibrojax.errors import NoConvergenceError
 
 
@@ -46,6 +50,49 @@ def test_a_late_channel_begins_where_it_follows_the_motion(seen, delay):
     beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, experiment=experiment)))
     _, near = extended(beside, candidate, np.ones(1))
     assert near.shared[-1] == pytest.approx(delay, abs=seen.scales.sampling)
+
+
+def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(seen):
+    """Beside the motion that they show together, not beside that of a model which followed the late one."""
+    problem, delay, channel = seen.fitted.problem, 5e-3, "hammer_displacement"
+    late = tuple(
+        dataclasses.replace(one, channels={**one.channels, channel: np.interp(one.time - delay, one.time, one.channels[channel])})
+        for one in problem.experiment.records
+    )
+    beside = begun_from(dataclasses.replace(problem, experiment=dataclasses.replace(problem.experiment, records=late)), late)
+    effect = TimeOffset(delay=delay, of_channel=channel)
+    candidate = Candidate(name="time_offset", members=(effect,), signals=())
+    shown = dataclasses.replace(
+        seen,
+        fitted=dataclasses.replace(seen.fitted, problem=beside, at=beside.start),
+        scales=dataclasses.replace(seen.scales, lags={channel: delay}),
+    )
+    found, near = extended(shown, candidate, np.ones(1))
+    assert near is None
+    assert found.values(found.start)["time_offset.delay"] == pytest.approx(delay)
+    off, before = (np.median(np.abs(one.start.states[:, 1] - problem.start.states[:, 1])) for one in (found, beside))
+    assert off < 0.1 * before
+    assert found.values(found.start)["k_i"] == pytest.approx(problem.values(problem.start)["k_i"], rel=0.05)
+
+
+def test_a_problem_begun_from_its_own_records_begins_where_it_did(seen):
+    problem = seen.fitted.problem
+    again = begun_from(problem, problem.experiment.records)
+    for name in ("states", "shared", "own"):
+        np.testing.assert_array_equal(getattr(again.start, name), getattr(problem.start, name))
+
+
+def test_a_missing_stop_begins_where_the_loops_of_force_over_indentation_show_it(small, seen):
+    problem = problem_of(small, law="none")
+    scales = dataclasses.replace(seen.scales, law=NoContact())
+    beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=problem, at=problem.start), scales=scales)
+    candidate = Candidate(name="missing_stop", members=(next(iter(EFFECTS["missing_stop"].probe.effects(scales))),), signals=())
+    found, near = extended(beside, candidate, np.ones(1))
+    begun = found.values(found.start)
+    assert near is None, "a motion that went through the stop says nothing"
+    assert begun["missing_stop.k_i"] == pytest.approx(TRUTH["k_i"], rel=0.2)
+    assert begun["missing_stop.n"] == pytest.approx(TRUTH["n"], rel=0.03)
+    assert begun["missing_stop.gap_offset"] == 0.0, "the errors of the gaps say where it stands"
 
 
 def test_the_strength_of_a_loss_goes_with_its_estimate():

@@ -9,12 +9,14 @@ import pytest
 from identification.diagnosis import diagnose
 from identification.diagnosis import look as look_module
 from identification.diagnosis import search as module
-from identification.diagnosis.look import Candidate, Look, among_effects, limit_warning
-from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
+from identification.diagnosis.look import Candidate, Look, Scored, among_effects, limit_warning
+from identification.diagnosis.search import LARGE_PART, MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
+from identification.trajectory.random_force import RandomForce
 from tests.effects.start import at_start
-from vibrojax.effects import EFFECTS
+from vibrojax.contact import NoContact
+from vibrojax.effects import EFFECTS, AbstractEffect, TimeOffset
 from vibrojax.errors import InputError
 
 
@@ -364,3 +366,31 @@ def test_candidates_that_are_weighed_side_by_side_keep_their_places(seen, monkey
 
     monkeypatch.setattr(look_module, "weighed_anew", one)
     assert look_module.all_weighed_anew(seen, range(9)) == [None if each == 3 else (seen, each) for each in range(9)]
+
+
+def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(seen):
+    """Stops of a model without one, whatever their score, and the delay that is shown in place of the one that was probed."""
+    probed, shown = (TimeOffset(delay=delay, of_channel="impact_force") for delay in (1e-4, 8e-3))
+    members = (at_start(EFFECTS["coulomb_friction"]), probed, shown, at_start(EFFECTS["missing_stop"]))
+    listed = tuple(
+        Scored(
+            candidate=Candidate(name=one.name, members=(one,), signals=()),
+            gain=gain,
+            strengths=np.ones(1),
+            stderr=np.ones(1),
+            known=np.ones(1, bool),
+        )
+        for one, gain in zip(members, (900.0, 800.0, 3.0, 0.0), strict=True)
+    )
+    problem = dataclasses.replace(seen.fitted.problem, model=dataclasses.replace(seen.fitted.problem.model, law=NoContact()))
+    scales = dataclasses.replace(seen.scales, lags={"impact_force": 8e-3})
+
+    def chosen(part: float) -> list[AbstractEffect]:
+        variances = dataclasses.replace(seen.fitted.variances, force=RandomForce(std=part * problem.scales.force, memory=0.01))
+        beside = dataclasses.replace(seen.fitted, problem=problem, variances=variances)
+        return [
+            one.candidate.members[0] for one in module._shortlist(dataclasses.replace(seen, fitted=beside, scales=scales, listed=listed))
+        ]
+
+    assert chosen(0.5 * LARGE_PART) == [members[0], probed]
+    assert chosen(2.0 * LARGE_PART) == [members[0], shown, members[3]]
