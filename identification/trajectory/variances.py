@@ -34,6 +34,10 @@ _INDEFINITE = 1e12
 """Deviance of variances that the equations cannot be solved with."""
 _DIFFERENCE = 1e-3
 """Of a logarithm, in difference quotients of the likelihood."""
+_UNIT_OF_FORCE = 0.1
+"""About the standard error of the logarithms of a random force, in which its search takes steps."""
+_SETTLED = 0.05
+"""Of -2 log likelihood, by which a step has to lower it for the search to go on."""
 _AT_MOST_DOWN = 30.0
 """Factor by which the random force falls in one round, at most."""
 OF_TWO_NUMBERS = 4.0
@@ -157,8 +161,9 @@ def force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: Rand
 def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Variances, *, iterations: int = 40) -> tuple[RandomForce, tuple]:
     """Random force and reading errors, their orders given, of greatest restricted likelihood: all at once, since they compete.
 
-    Quasi-Newton steps in log force, log memory, log innovations and the inverse hyperbolic tangents of partial autocorrelations. The
-    gradient by a reading error is that of its likelihood with expected products (Fisher's identity); by the force, a difference quotient.
+    Sequential quadratic programming in log force, log memory, log innovations and the inverse hyperbolic tangents of partial
+    autocorrelations, each over about its standard error: readings are many, and say far less of the force. The gradient by a reading error
+    is that of its likelihood with expected products (Fisher's identity); by the force, a difference quotient.
     """
     chains, unknowns, border, mass = problem.chains, problem.unknowns, problem.border, problem.mass(at)
     limit, (low, high) = largest_pole(problem), _force_range(problem)
@@ -197,10 +202,16 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
     least, most = np.full(len(start), -_STEEPEST_PARTIAL), np.full(len(start), _STEEPEST_PARTIAL)
     least[ends[:-1]], most[ends[:-1]] = np.log(SMALLEST_INNOVATION), np.log(LARGEST_INNOVATION)
     least[:2], most[:2] = low, high
-    start, bounds = np.clip(start, least, most), list(zip(least, most, strict=True))
-    options = {"maxiter": iterations, "ftol": 1e-6, "gtol": 0.5}
-    found = minimize(bounded, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return at_point(found.x)
+    counts = np.maximum(chains.readings, 1)
+    unit = np.concatenate([np.full(2, _UNIT_OF_FORCE), *(np.full(len(one), n**-0.5) for one, n in zip(free, counts, strict=True))])
+
+    def in_units(z: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = bounded(z * unit)
+        return value, slope * unit
+
+    bounds, begun = list(zip(least / unit, most / unit, strict=True)), np.clip(start, least, most) / unit
+    found = minimize(in_units, begun, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": iterations, "ftol": _SETTLED})
+    return at_point(found.x * unit)
 
 
 def _force_range(problem: Problem) -> tuple[np.ndarray, np.ndarray]:

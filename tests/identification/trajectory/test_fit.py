@@ -7,12 +7,12 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from identification.trajectory.fit import _rank, fit, settled
+from identification.trajectory.fit import _rank, equations, fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling, not_shown
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode
+from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode, likeliest, reweighed, solved
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 
@@ -37,6 +37,22 @@ def test_a_shaken_rig_gives_its_parameters_and_the_force(vibrating):
         assert abs(np.log(values[name] / truth)) < 3.0 * error
     assert 0.5 * FORCE < found.variances.force.std < 2.0 * FORCE
     assert found.variances.readings[0].std == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize(("std", "memory"), [(2.0, 0.2), (5.0, 0.1), (0.3, 1e-3)])
+def test_likeliest_variances_do_not_depend_on_where_their_search_begins(small, std, memory):
+    """Of thousands of readings each says little of the force: beside their steepness its own hardly shows."""
+    problem = problem_of(small)
+    force = RandomForce(std=std * 1e-2 * problem.scales.force, memory=memory)
+    begin = Variances(force=force, readings=tuple(ReadingError(coefficients=(0.1, 0.1)) for _ in problem.chains.channels))
+    linear, *_ = equations(problem, problem.start, begin)
+
+    def least(begin: Variances) -> float:
+        found, readings = likeliest(problem, problem.start, linear, begin)
+        return solved(problem, problem.start, reweighed(problem, problem.start, linear, readings), found).deviance
+
+    there = dataclasses.replace(begin, force=RandomForce(std=1e-2 * problem.scales.force, memory=1e-3))
+    assert least(begin) == pytest.approx(least(there), abs=2.0)
 
 
 def test_without_a_force_the_chain_is_one_trajectory_fitted_by_least_squares():
