@@ -20,6 +20,8 @@ _LINES = 2
 """Spectral lines taken from each channel's reading error, and from the random force."""
 _SPACING, _APART = 0.25, 10.0
 """Of frequencies of the spectrum, and of two lines at least, over that of one period in the longest record."""
+_STEPS = 16
+"""From one frequency of the spectrum to the next, in which a line is placed."""
 _ON_THE_CEILING = 5
 """Fewest samples within a tenth of the noise of the maximum that form a plateau."""
 
@@ -153,6 +155,21 @@ def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndar
         power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
     for _ in range(_LINES if len(frequencies) else 0):
         best = float(frequencies[np.argmax(power)])
-        found.append(best)
+        found.append(_refined(series, best, _SPACING / longest))
         power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)
     return tuple(found), len(frequencies)
+
+
+def _refined(series: list[tuple[np.ndarray, float]], hz: float, spacing: float) -> float:
+    """The top of a peak between two frequencies of the grid, Hz: a wave that is slightly off leaves much of a strong line unexplained."""
+    usable = [(np.nan_to_num(values), dt) for values, dt in series if hz + spacing < 0.5 / dt]
+
+    def power(at: float) -> float:
+        found = 0.0
+        for values, dt in usable:
+            wave = np.exp(-2j * np.pi * at * dt * np.arange(len(values)))
+            found += float(abs(values @ wave) ** 2) / max(np.count_nonzero(values), 1)
+        return found
+
+    near = np.linspace(max(hz - spacing, 0.5 * hz), hz + spacing, 2 * _STEPS + 1).tolist()
+    return max(near, key=power) if usable else hz

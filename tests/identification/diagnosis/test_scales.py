@@ -21,7 +21,7 @@ def test_a_tone_is_the_strongest_line_whatever_its_phase_in_each_record():
         time = dt * np.arange(count)
         series.append((rng.standard_normal(count) + 0.3 * np.sin(2.0 * np.pi * 3.21 * time + phase), dt))
     (line, _), searched = _strongest(series, any_line)
-    assert line == pytest.approx(3.21, abs=0.25 / 30.0)
+    assert line == pytest.approx(3.21, abs=0.05 / 30.0), "far less than the four lines a cycle that are searched"
     assert searched == pytest.approx(4 * 30.0 * 50.0, rel=0.01)  # four a cycle of the longest record, up to Nyquist's
 
 
