@@ -243,7 +243,7 @@ def _step(
         or (hidden and (_is_stop(pair[0].candidate) or _is_shown(seen, pair[0].candidate)))
     ]
     if hidden:
-        stops_first = not seen.fitted.problem.model.has_stop or _lies_in_contact(seen)
+        stops_first = _lies_in_contact(seen)
         waiting.sort(key=lambda pair: not (_is_shown(seen, pair[0].candidate) or (stops_first and _is_stop(pair[0].candidate))))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
@@ -347,14 +347,13 @@ def _numbers(candidate: Candidate, records: int) -> int:
 
 
 def _shortlist(seen: Look) -> list[Scored]:
-    """The best of each kind by score; where scores do not order, also stops, and delays that the records show without a model."""
+    """The best of each kind by score; where scores do not order, also stops, and what the records show without a model."""
     best = list(best_of_each(seen.listed).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
-        shown = list(best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)]).values())
-        chosen = [one for one in chosen if all(one.candidate.key != other.candidate.key for other in shown)]
-        stops = [one for one in best if _is_stop(one.candidate) and (one.gain > 0.0 or _gives_stop(seen, one.candidate))]
-        chosen += [*shown, *(one for one in stops if not any(one is other for other in chosen))]
+        shown = best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)])
+        stops = [one for one in best if _is_stop(one.candidate) and one.gain > 0.0]
+        chosen = list(({one.candidate.key: one for one in (*chosen, *stops)} | shown).values())
     return chosen
 
 
@@ -364,15 +363,17 @@ def _is_stop(candidate: Candidate) -> bool:
 
 
 def _is_shown(seen: Look, candidate: Candidate) -> bool:
-    """Whether a candidate makes a channel late that the records show to be, by as much as they show where that is constant."""
-    if not candidate.members or candidate.channel not in seen.scales.lags or not is_late(candidate.members[0]):
+    """Whether the records show a candidate without a model: the stop that the model lacks, or what makes a channel late that is late.
+
+    A constant delay is the one that they show, not the one that was probed.
+    """
+    if not candidate.members:
         return False
-    return not candidate.members[0].probe.delay or is_shown_delay(seen, candidate)
-
-
-def _gives_stop(seen: Look, candidate: Candidate) -> bool:
-    """Whether a candidate is the stop that the model lacks: however large errors of the readings hide it, it may say everything."""
-    return not seen.fitted.problem.model.has_stop and bool(candidate.members) and changes_stop(candidate.members[0])
+    effect = candidate.members[0]
+    if changes_stop(effect):
+        return not seen.fitted.problem.model.has_stop
+    late = candidate.channel in seen.scales.lags and is_late(effect)
+    return late and (not effect.probe.delay or is_shown_delay(seen, candidate))
 
 
 def _lies_in_contact(seen: Look) -> bool:
