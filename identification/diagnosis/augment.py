@@ -94,29 +94,30 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     records show without a model: that motion followed channels of which one was late.
     """
     whole = seen.fitted.problem.model_at(seen.fitted.at)
-    shown = is_shown_delay(seen, candidate)
-    effect, own = (candidate.members[0], {}) if shown else strengthened(candidate.members, strengths)
-    effect = _aligned(seen, effect) if not shown and effect.channel and is_late(effect) and seen.scales.force > 0 else effect
+    if is_shown_delay(seen, candidate):
+        problem, _ = _with(seen.fitted, candidate.members)
+        return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
+    effect, own = strengthened(candidate.members, strengths)
+    effect = _aligned(seen, effect) if effect.channel and is_late(effect) and seen.scales.force > 0 else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
-    if shown:
-        return begun_from(problem, tuple(_shifted(record, effect) for record in problem.experiment.records)), None
     if not changes_stop(effect):
         return problem, near
-    return _from_loops(problem, effect, seen.scales), near if whole.has_stop else None
+    begun = _from_loops(problem, effect, seen.scales)
+    return begun, near if whole.has_stop or begun is problem else None
 
 
 def is_shown_delay(seen: Look, candidate: Candidate) -> bool:
-    """Whether a candidate is the constant delay of a channel that the records show without a model."""
-    if not candidate.members or not is_late(candidate.members[0]):
+    """Whether a candidate is the constant delay of a channel that the records show without a model; beside other effects none is."""
+    if seen.fitted.problem.model.effects or not candidate.members or not is_late(candidate.members[0]):
         return False
-    delay, channel = candidate.members[0].probe.delay, candidate.channel
-    return bool(delay) and seen.scales.lags.get(channel) == getattr(candidate.members[0], delay)
+    delay = candidate.members[0].probe.delay
+    return bool(delay) and seen.scales.lags.get(candidate.channel) == getattr(candidate.members[0], delay)
 
 
-def _shifted(record: Record, effect: AbstractEffect) -> Record:
-    """A record of which the channel that an effect makes late has been read so much later."""
+def _moved_back(record: Record, effect: AbstractEffect) -> Record:
+    """The record with its late channel moved back by the delay; an input of the rig stays, as the segments have it."""
     channel = effect.channel or ""
-    if channel not in record.channels:
+    if channel not in record.channels or channel in driving_channels(record):
         return record
     at = record.time + np.asarray(effect.lateness(jnp.asarray(record.time)))
     return dataclasses.replace(record, channels={**record.channels, channel: np.interp(at, record.time, record.channels[channel])})
@@ -160,26 +161,30 @@ def changes_stop(effect: AbstractEffect) -> bool:
 def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:
     """The problem that begins with the law of the stop, changed by an effect, that the loops of force over indentation show.
 
-    Exponents of the model's own law are held: loops that drift mislead these.
+    Exponents of the model's own law are held: loops that drift mislead these. Where the effect has a place of its own, it is counted from
+    the record whose gap has no error.
     """
     of_law = {p.name for p in problem.model.law.parameters if p.logarithmic}
+    placed = {f"{effect.name}.{p.name}" for p in effect.parameters if p.from_gap}  # the errors of the gaps say it
     given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
     free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place] and name not in given]
-    placed = {f"{effect.name}.{p.name}" for p in effect.parameters if p.from_gap}  # as the errors of the gaps say
     names = tuple(name for name in free if name in of_law or (name.startswith(f"{effect.name}.") and name not in placed))
     model = problem.model_at(problem.start)
     before = dataclasses.replace(model, effects=tuple(one for one in model.effects if one.name != effect.name))
 
-    def begun_from(deepest: float, force: float) -> list[AbstractEffect]:
+    def at_strengths(deepest: float, force: float) -> list[AbstractEffect]:
         return list(effect.probe.effects(dataclasses.replace(scales, deepest=deepest, force=force)))
 
-    found = likelier_start(before, list(problem.experiment.records), list(problem.motions), names, begun_from)
+    found = likelier_start(before, list(problem.experiment.records), list(problem.motions), names, at_strengths)
     if found is None:
         return problem
-    values, own = problem.values(problem.start) | found[0], problem.start.own.copy()
-    own[:, OF_RECORD.index("gap_error")] = found[1]
-    shared = np.array([np.log(values[name]) if logarithmic else values[name] for name, logarithmic in problem.unknowns.shared])
-    shared = np.clip(shared, problem.border.lower, problem.border.upper)
+    (read, errors), gap = found, OF_RECORD.index("gap_error")
+    values, own = problem.values(problem.start) | read, problem.start.own.copy()
+    for name in placed:
+        stands = float(errors[~problem.border.own[:, gap]][0])
+        values[name], errors = values[name] + stands, errors - stands
+    own[:, gap] = errors
+    shared = np.clip(problem.coordinates(values), problem.border.lower, problem.border.upper)
     return dataclasses.replace(problem, start=dataclasses.replace(problem.start, shared=shared, own=own))
 
 

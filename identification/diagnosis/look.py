@@ -95,9 +95,14 @@ class Look:
     free: tuple[Scored, ...]
 
     @cached_property
+    def alone(self) -> Reestimated:
+        """The model without any candidate, all variances estimated anew."""
+        return weighed_anew(self, None)
+
+    @property
     def deviance(self) -> float:
-        """-2 log likelihood of the model itself, all variances estimated anew as in `weighed_anew`."""
-        return weighed_anew(self, None).deviance
+        """-2 log likelihood of that."""
+        return self.alone.deviance
 
 
 def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
+from scipy.signal import zoom_fft
 
 from identification.diagnosis.lags import lags
 from identification.experiment import Experiment
@@ -155,21 +156,17 @@ def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndar
         power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
     for _ in range(_LINES if len(frequencies) else 0):
         best = float(frequencies[np.argmax(power)])
-        found.append(_refined(series, best, _SPACING / longest))
+        found.append(_refined(series, best, _SPACING / longest, may_be))
         power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)
     return tuple(found), len(frequencies)
 
 
-def _refined(series: list[tuple[np.ndarray, float]], hz: float, spacing: float) -> float:
-    """The top of a peak between two frequencies of the grid, Hz: a wave that is slightly off leaves much of a strong line unexplained."""
-    usable = [(np.nan_to_num(values), dt) for values, dt in series if hz + spacing < 0.5 / dt]
-
-    def power(at: float) -> float:
-        found = 0.0
-        for values, dt in usable:
-            wave = np.exp(-2j * np.pi * at * dt * np.arange(len(values)))
-            found += float(abs(values @ wave) ** 2) / max(np.count_nonzero(values), 1)
-        return found
-
-    near = np.linspace(max(hz - spacing, 0.5 * hz), hz + spacing, 2 * _STEPS + 1).tolist()
-    return max(near, key=power) if usable else hz
+def _refined(series: list[tuple[np.ndarray, float]], hz: float, spacing: float, may_be: Callable[[np.ndarray], np.ndarray]) -> float:
+    """The top of a peak beside a frequency of the grid, Hz: a wave that is slightly off leaves much of a strong line unexplained."""
+    band = max(hz - spacing, 0.5 * hz), hz + spacing
+    near, power = np.linspace(*band, 2 * _STEPS + 1), np.zeros(2 * _STEPS + 1)
+    for values, dt in series:
+        if band[1] < 0.5 / dt:
+            spectrum = zoom_fft(np.nan_to_num(values), [edge * dt for edge in band], len(near), fs=1, endpoint=True)
+            power += np.abs(spectrum) ** 2 / max(np.count_nonzero(values), 1)
+    return float(near[np.argmax(np.where(may_be(near), power, -1.0))])

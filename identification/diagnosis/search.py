@@ -299,9 +299,10 @@ def _is_taken(one: Alternative) -> bool:
 
 
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
-    """The best candidates with all variances estimated anew, by decreasing gain."""
+    """The best candidates with all variances estimated anew, by decreasing gain; what the records show counts even where it cannot be."""
     shortlist, found = _shortlist(seen), []
     for scored, weighed in zip(shortlist, all_weighed_anew(seen, shortlist), strict=True):
+        weighed = weighed or (seen.alone if _is_shown(seen, scored.candidate) else None)
         if weighed is None:
             continue
         one = Alternative(

@@ -110,9 +110,8 @@ def contact_start(
     owners, slot = np.unique(samples.pop("record"), return_inverse=True)
     units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
     specs, fits = {p.name: p for p in begun[0].parameters}, []
-    for model, exponent, part in product(
-        begun, _EXPONENTS if "n" in names else (None,), (_DEEP,) if effects is None else (_DEEP, _SHALLOW)
-    ):
+    depths = (_DEEP, _SHALLOW) if effects is not None and "k_i" in names else (_DEEP,)
+    for model, exponent, part in product(begun, _EXPONENTS if "n" in names else (None,), depths):
         given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
         start = np.concatenate([_guess(model, specs, names, samples, exponent, part), np.zeros(_RECORDS)])
         programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]

@@ -90,6 +90,10 @@ class Problem:
         """Shared parameters by name, SI."""
         return {name: float(np.exp(x)) if log else float(x) for (name, log), x in zip(self.unknowns.shared, at.shared, strict=True)}
 
+    def coordinates(self, values: Mapping[str, float]) -> Float[np.ndarray, " shared"]:
+        """The shared unknowns, in their coordinate, of parameters by name, SI."""
+        return np.array([np.log(values[name]) if log else values[name] for name, log in self.unknowns.shared])
+
     def model_at(self, at: Estimate) -> Model:
         """The model with the numbers of an estimate."""
         return self.model.replace(self.values(at))
@@ -125,17 +129,13 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     f_n = values.get("f_n", 0.0)
     filters = [state.scale for one in model.recorder for state in one.own_states]
     scales = _scales(experiment, motions, f_n, filters, unknowns)
-    excited = [record.excitation_frequency or 0.0 for record in records]
-    fastest = max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
+    fastest = _fastest(experiment, f_n, scales)
     rest = [_rest(record, motion, values.get("e")) for record, motion in zip(records, motions, strict=True)]
     chains = chains_of(records, samples_of_a_segment(records, fastest, mass=experiment.mass, resolution=scales.resolution), rest=rest)
     flight = step_in_flight(records, model, fastest)
     own = np.pad(own, ((0, 0), (0, len(unknowns.own) - own.shape[1])))
     shared = np.array([np.log(values[p.name]) if p.logarithmic else values[p.name] for p in parameters])
-    states = _first_states(records, model, chains, unknowns, motions)
-    if isinstance(model.law, AbstractInstantaneousLaw):
-        for knots, record in zip(chains.knots, records, strict=True):
-            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
+    states = _first_states(experiment, model, chains, unknowns, motions, fastest)
     start = Estimate(states=states, force=np.zeros(chains.knot_count), shared=shared, own=own)
     return Problem(
         experiment=experiment,
@@ -153,16 +153,21 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
 
 
 def begun_from(problem: Problem, records: tuple[Record, ...]) -> Problem:
-    """The problem, which begins with the motion and the parameters that other records show, as those of which a late channel is shifted."""
-    experiment, listed = dataclasses.replace(problem.experiment, records=records), dataclasses.replace(problem.model, effects=())
-    names = {p.name for p in listed.parameters} | {MASS.name}
-    values, own, motions = _first(experiment, listed, tuple(p for p in problem.parameters if p.name in names), {})
-    at, start = problem.start, problem.values(problem.start) | values
+    """The problem with another beginning: the motion and the parameters that other records show; all else stays that of its own records.
+
+    Args:
+        problem: whose effects have no states of their own and leave the stop as it is.
+        records: as many as the problem's, in the same order and on the same clocks.
+    """
+    experiment, nominal = dataclasses.replace(problem.experiment, records=records), dataclasses.replace(problem.model, effects=())
+    names = {p.name for p in nominal.parameters} | {MASS.name}
+    values, own, motions = _first(experiment, nominal, tuple(p for p in problem.parameters if p.name in names), {})
+    fastest = _fastest(experiment, values.get("f_n", 0.0), problem.scales)
     start = dataclasses.replace(
-        at,
-        states=_first_states(list(records), listed, problem.chains, problem.unknowns, motions),
-        shared=np.array([np.log(start[name]) if logarithmic else start[name] for name, logarithmic in problem.unknowns.shared]),
-        own=np.concatenate([own, at.own[:, own.shape[1] :]], axis=1),
+        problem.start,
+        states=_first_states(experiment, nominal, problem.chains, problem.unknowns, motions, fastest),
+        shared=problem.coordinates(problem.values(problem.start) | values),
+        own=np.concatenate([own, problem.start.own[:, own.shape[1] :]], axis=1),
     )
     return dataclasses.replace(problem, start=start, motions=tuple(motions))
 
@@ -170,7 +175,7 @@ def begun_from(problem: Problem, records: tuple[Record, ...]) -> Problem:
 def _first(
     experiment: Experiment, model: Model, parameters: tuple[Parameter, ...], earlier: dict[str, float]
 ) -> tuple[dict[str, float], np.ndarray, list[Kinematics | None]]:
-    """Shared parameters by name; of each record the base's two components and the error of the gap, m; and the smoothed motions."""
+    """Shared parameters by name; the base's two components and the error of the gap, m, (records, 3); and the smoothed motions."""
     records = list(experiment.records)
     bases, motions = _motions(experiment, model)
     given = {name: option.start for name, option in experiment.parameters.items() if option.start is not None}
@@ -195,21 +200,29 @@ def _first(
 
 
 def _first_states(
-    records: list[Record], model: Model, chains: Chains, unknowns: Unknowns, motions: Sequence[Kinematics | None]
+    experiment: Experiment, model: Model, chains: Chains, unknowns: Unknowns, motions: Sequence[Kinematics | None], fastest: float
 ) -> Float[np.ndarray, "knots states"]:
     """Relative motion at the knots, smoothed or as it is prescribed; the effects' own states at rest."""
     states = np.zeros((chains.knot_count, len(unknowns.states)))
-    for index, (knots, motion) in enumerate(zip(chains.knots, motions, strict=True)):
-        guided = inputs_of(records[index]).prescribed
+    for index, (knots, motion, record) in enumerate(zip(chains.knots, motions, experiment.records, strict=True)):
+        guided = inputs_of(record).prescribed
         if guided is not None:  # as the segments have it: what it differs by at the knots would count as an error of the motion
-            times = records[index].time[0] + np.concatenate([[0.0], np.cumsum(chains.duration[chains.of_record(index)])])
+            times = record.time[0] + np.concatenate([[0.0], np.cumsum(chains.duration[chains.of_record(index)])])
             states[knots, 0], states[knots, 1] = guided.displacement(times), guided.velocity(times)
         elif motion is not None:
             rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(motion.u) - 1)
             states[knots, 0], states[knots, 1] = motion.u[rows], motion.v[rows]
             if unknowns.states[-1] == APPROACH_SPEED:
                 states[knots, -1] = np.abs(motion.v).max()  # corrected at the first touch
+        if isinstance(model.law, AbstractInstantaneousLaw):
+            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
     return states
+
+
+def _fastest(experiment: Experiment, f_n: float, scales: Scales) -> float:
+    """Frequency of the fastest vibration of spring and drives, Hz; without any, that of a vibration of the motion's size and speed."""
+    excited = [record.excitation_frequency or 0.0 for record in experiment.records]
+    return max(f_n, *excited) or scales.velocity / (2.0 * np.pi * scales.displacement)
 
 
 def _with_input_noise(record: Record, mass: float) -> Record:

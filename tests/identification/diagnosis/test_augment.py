@@ -75,24 +75,37 @@ def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(s
     assert found.values(found.start)["k_i"] == pytest.approx(problem.values(problem.start)["k_i"], rel=0.05)
 
 
-def test_a_problem_begun_from_its_own_records_begins_where_it_did(seen):
-    problem = seen.fitted.problem
+def test_an_input_of_the_rig_stays_as_it_is(seen):
+    record = dataclasses.replace(seen.fitted.problem.experiment.records[1], base="measured")
+    moved = {name: augment._moved_back(record, TimeOffset(delay=5e-3, of_channel=name)) for name in record.channels}
+    assert moved["cart_displacement"] is record
+    assert not np.array_equal(moved["hammer_displacement"].channels["hammer_displacement"], record.channels["hammer_displacement"])
+
+
+@pytest.mark.parametrize("law", [None, "newton"])
+def test_a_problem_begun_from_its_own_records_begins_where_it_did(small, law):
+    felt = [{name: one.channels[name] for name in one.channels if law is None or name != "impact_force"} for one in small.records]
+    records = tuple(dataclasses.replace(one, channels=channels) for one, channels in zip(small.records, felt, strict=True))
+    problem = problem_of(dataclasses.replace(small, records=records), law=law)
     again = begun_from(problem, problem.experiment.records)
     for name in ("states", "shared", "own"):
         np.testing.assert_array_equal(getattr(again.start, name), getattr(problem.start, name))
 
 
 def test_a_missing_stop_begins_where_the_loops_of_force_over_indentation_show_it(small, seen):
-    problem = problem_of(small, law="none")
+    off = 3e-4
+    nearer = tuple(dataclasses.replace(record, gap=record.gap - off) for record in small.records)
+    problem = problem_of(dataclasses.replace(small, records=nearer), law="none")
     scales = dataclasses.replace(seen.scales, law=NoContact())
     beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=problem, at=problem.start), scales=scales)
     candidate = Candidate(name="missing_stop", members=(next(iter(EFFECTS["missing_stop"].probe.effects(scales))),), signals=())
     found, near = extended(beside, candidate, np.ones(1))
-    begun = found.values(found.start)
+    begun, gap = found.values(found.start), found.unknowns.own.index("gap_error")
     assert near is None, "a motion that went through the stop says nothing"
     assert begun["missing_stop.k_i"] == pytest.approx(TRUTH["k_i"], rel=0.2)
     assert begun["missing_stop.n"] == pytest.approx(TRUTH["n"], rel=0.03)
-    assert begun["missing_stop.gap_offset"] == 0.0, "the errors of the gaps say where it stands"
+    assert begun["missing_stop.gap_offset"] == pytest.approx(off, abs=5e-5)
+    np.testing.assert_array_equal(found.start.own[~found.border.own[:, gap], gap], 0.0)
 
 
 def test_the_strength_of_a_loss_goes_with_its_estimate():

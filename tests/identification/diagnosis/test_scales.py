@@ -38,6 +38,13 @@ def test_lines_of_the_motion_do_not_hide_a_weaker_one():
     assert found == pytest.approx((33.0, 50.0), abs=0.05)
 
 
+def test_beside_a_line_of_the_motion_a_line_stays_where_it_may_be_one():
+    time, scales = 0.004 * np.arange(2500), dataclasses.replace(SCALES, f_n=0.1, drives=(2.0 * np.pi * 8.0,))
+    values = np.sin(2.0 * np.pi * 8.0 * time) + 1e-3 * np.random.default_rng(2).standard_normal(len(time))
+    found, _ = _strongest([(values, 0.004)], scales.is_foreign)
+    assert scales.is_foreign(np.array(found)).all()
+
+
 def test_a_series_that_is_too_short_has_no_line():
     assert _strongest([(np.ones(1), 0.1)], any_line) == ((), 0)
 

@@ -394,3 +394,25 @@ def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_or
 
     assert chosen(0.5 * LARGE_PART) == [members[0], probed]
     assert chosen(2.0 * LARGE_PART) == [members[0], shown, members[3]]
+
+
+def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_not_order(seen, weighed, monkeypatch):
+    monkeypatch.setattr(module, "_is_shown", lambda at, candidate: candidate.name == "time_offset")
+    tried = weighed(second_mode=900.0, time_offset=0.0)
+    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    assert tried == ["second_mode"]
+    monkeypatch.setattr(module, "_hides_the_order", lambda *given: True)
+    tried.clear()
+    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    assert tried == ["time_offset", "second_mode"]
+
+
+def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_at_first_order(seen, monkeypatch):
+    listed = [
+        Scored(candidate=alternative(n, 0.0).candidate, gain=9.0, strengths=np.ones(1), stderr=np.ones(1), known=np.ones(1, bool))
+        for n in ("time_offset", "second_mode")
+    ]
+    monkeypatch.setattr(module, "_is_shown", lambda at, candidate: candidate.name == "time_offset")
+    monkeypatch.setattr(module, "_shortlist", lambda at: listed)
+    monkeypatch.setattr(module, "all_weighed_anew", lambda at, shortlist: [None for _ in shortlist])
+    assert [one.name for one, _ in module._weighed(seen)] == ["time_offset"]

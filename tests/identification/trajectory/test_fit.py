@@ -39,8 +39,8 @@ def test_a_shaken_rig_gives_its_parameters_and_the_force(vibrating):
     assert found.variances.readings[0].std == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.parametrize(("std", "memory"), [(2.0, 0.2), (5.0, 0.1), (0.3, 1e-3)])
-def test_likeliest_variances_do_not_depend_on_where_their_search_begins(small, std, memory):
+@pytest.mark.parametrize(("std", "memory"), [(2.0, 0.2), (5.0, 0.1)])
+def test_likeliest_variances_are_found_from_a_large_and_slow_random_force(small, std, memory):
     """Of thousands of readings each says little of the force: beside their steepness its own hardly shows."""
     problem = problem_of(small)
     force = RandomForce(std=std * 1e-2 * problem.scales.force, memory=memory)
