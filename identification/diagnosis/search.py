@@ -236,12 +236,7 @@ def _step(
     finished, fitted_before = True, list(known)
     found = [pair for pair in found if all(pair[0].candidate.key != one.candidate.key for one in known)]
     hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
-    waiting = [
-        pair
-        for pair in found
-        if chance(pair[0].best, pair[0].degrees, pair[0].tried) < _WORTH_FITTING
-        or (hidden and (_is_stop(pair[0].candidate) or _is_shown(seen, pair[0].candidate)))
-    ]
+    waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
     if hidden:
         stops_first = _lies_in_contact(seen)
         waiting.sort(key=lambda pair: not (_is_shown(seen, pair[0].candidate) or (stops_first and _is_stop(pair[0].candidate))))
@@ -250,6 +245,7 @@ def _step(
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
         tried, fitted_before = fitted_before, []
         hidden = hidden and all(_still_hides(other.fitted) for other in tried)
+        waiting = [pair for pair in waiting if _is_worth_fitting(seen, pair[0], hidden)]
         try:
             for one, weighed in list(waiting):
                 best = max((max(other.gain, other.best) for other in tried), default=0.0)
@@ -271,6 +267,12 @@ def _step(
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(map(_without_equations, part)) for part in (kept[1:], refused)]
     return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
+
+
+def _is_worth_fitting(seen: Look, one: Alternative, hidden: bool) -> bool:
+    """Whether chance hardly gives the gain at first order, or that says little: where gains do not order candidates, of some of these."""
+    likely = chance(one.best, one.degrees, one.tried) < _WORTH_FITTING
+    return likely or (hidden and (_is_stop(one.candidate) or _is_shown(seen, one.candidate)))
 
 
 def _without_equations(one: Alternative) -> Alternative:

@@ -416,3 +416,11 @@ def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_
     monkeypatch.setattr(module, "_shortlist", lambda at: listed)
     monkeypatch.setattr(module, "all_weighed_anew", lambda at, shortlist: [None for _ in shortlist])
     assert [one.name for one, _ in module._weighed(seen)] == ["time_offset"]
+
+
+def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_order(seen, weighed, monkeypatch):
+    hidden = iter([True, False])
+    monkeypatch.setattr(module, "_hides_the_order", lambda *given: next(hidden, False))
+    tried = weighed(second_mode=900.0, back_stop=-0.1)
+    step = module._step(seen, module._weighed(seen), refusing("second_mode"), lambda line: None)
+    assert (tried, step.finished) == (["second_mode"], True)
