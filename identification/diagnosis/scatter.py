@@ -7,13 +7,14 @@ Source: R. DerSimonian, N. Laird, Controlled Clinical Trials 7 (1986) 177-188 (r
 import dataclasses
 
 import numpy as np
+from scipy.optimize import minimize
 
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
 from identification.estimation.parameters import between_records
 from identification.estimation.varying import with_variations
 from identification.result.evidence import chance
-from identification.trajectory.additions import reestimated
+from identification.trajectory.additions import Reestimated, reestimated
 from identification.trajectory.fit import Fitted, Progress
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.segments import VARIATION
@@ -22,6 +23,8 @@ from vibrojax.errors import NoConvergenceError
 
 _COLUMNS = 48
 """Values that are weighed together at first order, at most."""
+_LOGS = (-7.0, 3.0)
+"""Range of a standard deviation over the values of the records, logarithms."""
 
 
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
@@ -45,9 +48,10 @@ def differing(fitted: Fitted) -> tuple[str, ...]:
 
 
 def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
-    """Gain of twice the log likelihood by a value in each record, and how many values that adds.
+    """Gain of twice the log likelihood by a value in each record, and how many standard deviations that adds.
 
-    At first order, all variances estimated anew; of the first names, as far as their values are not too many to be weighed, 0 of none.
+    Values are normal about a common mean. At first order, all variances estimated anew; of those parameters of which that says most by the
+    information criterion, among the first ones, as far as their values are not too many to be weighed; 0 of none.
     """
     chains, linear, unknowns = fitted.problem.chains, fitted.linear, fitted.problem.unknowns
     others = range(1, len(chains.files))
@@ -60,9 +64,36 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     end = np.stack([linear.end_by[..., place] * mine[:, None] for place in places for mine in inside], axis=-1)
     none = reestimated(fitted, seen[..., :0], end[..., :0], fitted.variances)
     try:
-        return none.deviance - reestimated(fitted, seen, end, fitted.variances).deviance, seen.shape[-1]
+        found = reestimated(fitted, seen, end, fitted.variances)
     except np.linalg.LinAlgError:  # at first order they take the motion too far to be weighed
         return 0.0, 1
+    price, chosen, gain = np.log(fitted.local.samples), (), 0.0
+    while len(chosen) < len(names):
+        tried = {one: none.deviance - _with_scatter(found, (*chosen, one), len(names)) for one in range(len(names)) if one not in chosen}
+        best = max(tried, key=lambda one: tried[one])
+        if chosen and tried[best] - gain < price:
+            break
+        chosen, gain = (*chosen, best), tried[best]
+    return gain, len(chosen)
+
+
+def _with_scatter(found: Reestimated, chosen: tuple[int, ...], names: int) -> float:
+    """-2 log likelihood of values in records that are normal about a mean, those of the chosen parameters; with the likeliest deviations.
+
+    Values count from the first record's, which scatters as they do.
+    """
+    values = found.strengths.reshape(names, -1)
+    others, usual = values.shape[1], np.maximum(np.sqrt(np.mean(values**2, axis=1)), 1e-300)
+    of_one = np.kron(np.eye(names), np.eye(others) + 1.0)
+    _, known = np.linalg.slogdet(found.covariance)
+
+    def deviance(logs: np.ndarray) -> float:
+        std = np.zeros(names)
+        std[list(chosen)] = usual[list(chosen)] * np.exp(logs)
+        covariance = found.covariance + of_one * np.repeat(std, others)[:, None] ** 2
+        return float(found.deviance + found.strengths @ np.linalg.solve(covariance, found.strengths) + np.linalg.slogdet(covariance)[1] - known)
+
+    return float(minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[_LOGS] * len(chosen)).fun)
 
 
 def with_values(fitted: Fitted, names: tuple[str, ...], progress: Progress) -> Fitted | None:
