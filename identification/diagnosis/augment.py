@@ -13,7 +13,7 @@ from identification.diagnosis.signals import own_states
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import likelier_start
-from identification.trajectory.fit import Fitted, Progress, fit, polished
+from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
@@ -68,13 +68,12 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
         if explained or (found.deviance <= expected and not is_largest(problem, force)):
             return found
     try:
-        anew = fit(problem, together=False, progress=progress)
+        anew = fit(problem, progress=progress)
     except NoConvergenceError:
         if found is None:
             raise
         return found
-    best = found if found is not None and (not anew.converged or found.deviance < anew.deviance) else anew
-    return polished(best, progress=progress) if beside.of_readings else best
+    return found if found is not None and (not anew.converged or found.deviance < anew.deviance) else anew
 
 
 def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:
@@ -83,7 +82,7 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
     Raises:
         NoConvergenceError: the equations became singular on the way.
     """
-    found = fit(problem, at=near, begin=beside.variances, both=False, together=False, progress=progress)
+    found = fit(problem, at=near, begin=beside.variances, both=False, progress=progress)
     return dataclasses.replace(found, of_readings=beside.of_readings)
 
 

@@ -28,7 +28,7 @@ from identification.guesses.declared_model import check_clearance, check_smoothi
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import Unrest, chance
 from identification.result.result import Added, FitResult, Likelihood, RecordFit
-from identification.trajectory.fit import Fitted, equations, fit, polished, settled
+from identification.trajectory.fit import Fitted, equations, fit, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
 from identification.wording.numbers import joined
@@ -166,7 +166,7 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formu
         places.append(best.channel or best.members[0].record or "")
         possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
         progress(f"fitting the model with {name}")
-        found = polished(augmented(seen, best, weighed_anew(seen, scored).strengths, progress=progress))
+        found = augmented(seen, best, weighed_anew(seen, scored).strengths, progress=progress)
     gain = 0.5 * (nominal.deviance - found.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(

@@ -112,7 +112,6 @@ def fit(
     at: Estimate | None = None,
     begin: Variances | None = None,
     both: bool = True,
-    together: bool = True,
     progress: Progress = lambda line: None,
 ) -> Fitted:
     """Fit a problem from both ends: from a large random force, and from none with autocorrelated reading errors; the likelier counts.
@@ -131,7 +130,6 @@ def fit(
         begin: variances of the first end; by default a large force and white reading errors. Where there is no force among them, reading
             errors are estimated from the beginning.
         both: whether to begin without a force too, where the first end has left one or has not converged.
-        together: whether random force and reading errors are weighed together at the end, which `polished` can do later.
         progress: called with a line in each round.
 
     Raises:
@@ -153,12 +151,12 @@ def fit(
         if other is not None and other.converged and vanishes(problem, other.variances.force):
             return other
         if other is not None:  # its residuals ask for a random force, beside which the trajectory moves
-            other = _converged_or_none(problem, other.at, other.variances, rng, progress, coloured_from=0, together=together)
+            other = _converged_or_none(problem, other.at, other.variances, rng, progress, coloured_from=0)
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
     try:
         found = _converged(
-            problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least, together=together
+            problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least
         )
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
@@ -169,12 +167,12 @@ def fit(
             return found
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         begun = None if gone else found
-        other = _converged_or_none(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, together=together, first=begun)
+        other = _converged_or_none(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, first=begun)
     lacks_stop = isinstance(problem.model.law, NoContact) and "impact_force" in problem.chains.channels
     if other is None or (lacks_stop and _at_largest(found) and _at_largest(other)):
         return found  # a stop is missing: no random force follows its impacts, and errors of the force cell would hide them
     if _rank(other) < _rank(found):
-        return dataclasses.replace(other if together else polished(other, progress=progress), of_readings=True)
+        return dataclasses.replace(other, of_readings=True)
     return found
 
 
@@ -292,7 +290,6 @@ def _converged(
     coloured_from: int,
     held: int = 1,
     least: int | None = None,
-    together: bool = True,
     first: Fitted | None = None,
 ) -> Fitted:
     """Rounds of one Gauss-Newton step and new variances, until both stay, at least so many; the random force is held in the first `held`.
@@ -320,17 +317,17 @@ def _converged(
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= least and stays and off < _SMALL_STEP:
             break
-    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, together=together)
+    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1)
 
 
 def _with_likeliest(
-    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, together: bool
+    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int
 ) -> Fitted:
-    """Steps with the likeliest variances: those of force and readings `together`, where both are there and compete, or each by itself."""
+    """Steps with the likeliest variances: those of force and readings at once, where both are there and compete, or each by itself."""
     force, readings, stride = variances.force, variances.readings, Stride(problem)
     linear, local, solution = equations(problem, at, variances)
     for last in range(_LAST_ROUNDS):
-        if together and not vanishes(problem, force) and any(one.order for one in readings):
+        if not vanishes(problem, force) and any(one.order for one in readings):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
             if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
@@ -350,15 +347,6 @@ def _with_likeliest(
             return dataclasses.replace(stopped, converged=False)
         at = there
     return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
-
-
-def polished(fitted: Fitted, *, seed: int = 0, progress: Progress = lambda line: None) -> Fitted:
-    """A fit with random force and reading errors weighed together, where it has both."""
-    if vanishes(fitted.problem, fitted.variances.force) or not any(one.order for one in fitted.variances.readings):
-        return fitted
-    rng = np.random.default_rng(seed)
-    found = _with_likeliest(fitted.problem, fitted.at, fitted.variances, rng, progress, rounds=fitted.rounds, together=True)
-    return dataclasses.replace(found, of_readings=fitted.of_readings)
 
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
