@@ -255,6 +255,14 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         shows="The channel's rate of change, growing with time.",
         lines=True,
     ),
+    "zero_drift": Fingerprint(
+        effect={"rate": 3e-4, "settling_rate": 1.5, "of_channel": _HAMMER},
+        along=_TIME,
+        over="misfit of the channel, µm",
+        points=misfit_over_time(_HAMMER, scale=1e6, until=3.0),
+        shows="A slow way of one channel alone, straight or towards an end.",
+        lines=True,
+    ),
     "force_saturation": Fingerprint(
         effect={"saturation_force": 0.5, "threshold": 3e-3},
         along=_U,

@@ -153,6 +153,18 @@ class ZeroDrift:
         return signal - self.size * np.expm1(-np.maximum(time, 0.0) / self.time_constant)
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class GainDrift:
+    """The calibration factor creeps while the record lasts: signal (1 + rate t)."""
+
+    channel: str
+    rate: float
+    """1/s"""
+
+    def distort(self, file: str, time: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        return signal * (1.0 + self.rate * np.maximum(time, 0.0))
+
+
 def ceiling(channel: str, faults: Sequence[Fault]) -> float:
     """The highest reading that the channel can give; infinite without a `Clip`."""
     return min((fault.level for fault in faults if isinstance(fault, Clip) and fault.channel == channel), default=np.inf)

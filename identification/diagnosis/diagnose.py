@@ -37,7 +37,7 @@ from identification.guesses.declared_model import check_clearance, nominal_model
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
 from identification.result.result import OK, Quantity
-from identification.trajectory.fit import Fitted, fit, polished
+from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import is_largest
 from identification.wording.numbers import joined
@@ -108,13 +108,11 @@ def diagnose_experiment(
     experiment, partly = in_part(experiment)
     with course.stage("nominal"):
         progress("reading first guesses from the records")
-        nominal = fit(problem_of(experiment, law=law), together=False, progress=progress)
+        nominal = fit(problem_of(experiment, law=law), progress=progress)
     with course.stage("search"):
         judge = Judge(experiment)
         found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
         last = look(found.final, among, terms) if found.last is None else found.last.look
-        final = polished(found.final, progress=progress)
-        found = dataclasses.replace(found, final=final, nominal=found.nominal if found.steps else final)
     with course.stage("evidence"):
         progress("predicting what was left out")
         found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
@@ -154,9 +152,8 @@ def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Wei
             name = step.alternatives[0].name
             reason = tried.reasons[name] or "the effects beside it are not asserted"
             dropped = (f"{name} was taken in and left out again: {reason}", *dropped)
-            final = polished(step.look.fitted, progress=course.within_budget)
             kept = tuple(dataclasses.replace(one, beside_later=()) for one in tried.search.steps[:-1])
-            lesser = dataclasses.replace(lesser, final=final, steps=kept, last=step)
+            lesser = dataclasses.replace(lesser, final=step.look.fitted, steps=kept, last=step)
             tried = _weigh(lesser, step.look, judge, course.within_budget)
     except OutOfBudgetError:
         reasons = {step.alternatives[0].name: _TIME for step in found.steps}
@@ -230,7 +227,7 @@ def _with_prediction(
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = polished(continued(*form, final, progress), progress=progress)
+                fitted = continued(*form, final, progress)
                 gain = final.deviance - fitted.deviance if fitted.converged else gain
                 evidence = judge.evidence(
                     final,
@@ -359,9 +356,10 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     numbers = [dataclasses.replace(n, name=n.name.removeprefix(prefix)) for n in side.parameters if n.name.startswith(prefix)]
     own = [place for place, each in enumerate(fitted.problem.unknowns.own) if each.startswith(prefix)]
     if own:
-        unit = unit_in(next(p.unit for p in effect.parameters if p.per_record), effect.channel)
+        one, *others = [p for p in effect.parameters if p.per_record]
+        name, symbol = ("amplitude", "A") if others else (f"rms_{one.name}", f"rms {one.symbol}")
         size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
-        numbers.append(Quantity(name="amplitude", symbol="A", unit=unit, value=size, stderr=None))
+        numbers.append(Quantity(name=name, symbol=symbol, unit=unit_in(one.unit, effect.channel), value=size, stderr=None))
     gaps = {record.gap for record in fitted.problem.experiment.records}
     return Asserted(
         effect=effect,

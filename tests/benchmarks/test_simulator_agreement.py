@@ -8,6 +8,7 @@ from benchmarks.simulator import Hidden, RecordPlan
 from benchmarks.simulator.example import RIG
 from benchmarks.simulator.experiment import motion
 from benchmarks.simulator.faults import ClockRate, Curve, HighPass, LowPass, Tone
+from benchmarks.simulator.faults import ZeroDrift as FaultOfZero
 from vibrojax.channels import channels
 from vibrojax.contact import HuntCrossley
 from vibrojax.effects import (
@@ -18,6 +19,7 @@ from vibrojax.effects import (
     ReadingTone,
     RecorderLowPass,
     SensorHighPass,
+    ZeroDrift,
 )
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate import Landing
@@ -51,6 +53,10 @@ CONCEALED = {
         ReadingTone(17.0, 2.0, 1e-4 * np.cos(0.4), -1e-4 * np.sin(0.4), HAMMER),
     ),
     "clock_drift": (Hidden(faults=(ClockRate(channel=HAMMER, ppm=-2000.0),)), ClockDrift(-2000.0, HAMMER)),
+    "zero_drift": (
+        Hidden(faults=(FaultOfZero(channel=HAMMER, size=-2e-4, time_constant=0.3),)),
+        ZeroDrift(-2e-4 / 0.3, 1.0 / 0.3, HAMMER),
+    ),
 }
 
 

@@ -15,7 +15,7 @@ CONTRACT = {
     *("back_stop", "base_harmonics", "cart_recoil", "frequency_drift", "gap_drift", "gap_step", "second_mode", "force_lag"),
     *("force_clipping", "mains_hum", "missing_stop", "gain_error", "time_offset", "deep_stop", "asymmetric_damping"),
     *("force_saturation", "quintic_stiffness", "power_law_damping", "sensor_high_pass", "recorder_low_pass", "nonlinear_reading"),
-    *("reading_tone", "clock_drift"),
+    *("reading_tone", "clock_drift", "zero_drift"),
 }
 FREE = RecordPlan(file="free.csv", kind="free-decay", gap=1.0, true_gap=1.0, samples=2001, release=-3e-3)
 DROP = dataclasses.replace(FREE, file="drop.csv", kind="drop-test", gap=0.0, true_gap=0.0)

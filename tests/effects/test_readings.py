@@ -12,8 +12,8 @@ from benchmarks.simulator.faults import ClockRate, Curve, Tone
 from tests.effects.rig import sine, system
 from tests.effects.scales import SCALES, is_recorded
 from tests.effects.sensor import record, shown, unheard
-from vibrojax.effects import ClockDrift, ForceClipping, GainError, MainsHum, NonlinearReading, ReadingTone, TimeOffset
-from vibrojax.effects.base import unit_in
+from vibrojax.effects import ClockDrift, ForceClipping, GainError, MainsHum, NonlinearReading, ReadingTone, TimeOffset, ZeroDrift
+from vibrojax.effects.base import Motion, unit_in
 
 # Force clipping
 
@@ -235,3 +235,32 @@ def test_no_tone_is_a_multiple_of_the_drive_or_a_line_of_the_mains_or_lasts_a_fe
 def test_no_tone_is_the_free_motion(line, heard):
     """Nor what three seconds do not resolve from it."""
     assert bool(found(drives=(), f_n=5.0, lines={"impact_force": (line,)})) == heard
+
+
+# Drift of the zero
+
+
+@pytest.mark.parametrize("settling", [0.0, 1e-9, 1e-3, 4.0])
+def test_a_zero_drifts_straight_on_or_towards_an_end(settling):
+    reading, value, ts = shown(ZeroDrift(3e-4, settling, "hammer_displacement"))
+    drift = 3e-4 * (ts if settling < 1e-6 else (1.0 - np.exp(-settling * ts)) / settling)
+    np.testing.assert_allclose(reading - value, drift, rtol=1e-6, atol=1e-15)
+    assert np.ptp(drift) > 1e-5
+    assert unheard(ZeroDrift(3e-4, settling, "hammer_displacement"))
+
+
+def test_the_drift_of_a_zero_is_differentiable_through_a_straight_one():
+    ts = jnp.linspace(0.0, 2.0, 5)
+
+    def drift(settling):
+        effect, motion = ZeroDrift(1.0, settling, "hammer_displacement"), Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
+        return effect.reading(jnp.zeros_like(ts), motion, ())
+
+    for settling in (0.0, 1e-5):  # either side of where the series ends
+        np.testing.assert_allclose(jax.jacfwd(drift)(settling), -(ts**2) / 2, rtol=1e-4, atol=1e-12)
+    np.testing.assert_allclose(jax.jacfwd(drift)(1e-3), -(ts**2) / 2 + 1e-3 * ts**3 / 3, rtol=1e-4, atol=1e-9)
+
+
+def test_candidates_of_a_drift_go_straight_and_settle():
+    found = ZeroDrift.probe.candidates(dataclasses.replace(SCALES, channels=("impact_force",)))
+    assert [one.settling_rate for (one,) in found] == pytest.approx([0.0, 1.0, 10.0 / 3.0, 10.0])

@@ -45,6 +45,7 @@ SENSORS = (
     "nonlinear_reading",
     "reading_tone",
     "clock_drift",
+    "zero_drift",
 )
 
 

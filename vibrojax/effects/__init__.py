@@ -39,6 +39,7 @@ from vibrojax.effects.readings import ClockDrift as ClockDrift
 from vibrojax.effects.forces import ForceSaturation as ForceSaturation
 from vibrojax.effects.stops import DeepStop as DeepStop
 from vibrojax.effects.forces import AsymmetricDamping as AsymmetricDamping
+from vibrojax.effects.readings import ZeroDrift as ZeroDrift
 # isort: on
 
 EFFECTS: dict[str, type[AbstractEffect]] = {effect.name: effect for effect in final_classes(vars(), AbstractEffect)}

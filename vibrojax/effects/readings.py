@@ -1,4 +1,4 @@
-"""Faults of a sensor or the recorder at one instant: of gain, characteristic, ceiling or time, and tones."""
+"""Faults of a sensor or the recorder at one instant: of gain, characteristic, ceiling or time, tones and a drifting zero."""
 
 import dataclasses
 from typing import Any, ClassVar
@@ -344,3 +344,53 @@ class ReadingTone(AbstractChannelFault):
         angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
         tone = jnp.exp(-self.decay_rate * motion.t) * (self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle))
         return value + tone
+
+
+_WAYS = (0.0, 3.0, 10.0, 30.0)
+"""Rates at which a drift of the zero settles in the longest record, times that; 0 for one that does not."""
+_NEARLY_STRAIGHT = 1e-4
+"""Of kappa t, below which the drift is taken from its series."""
+
+
+def _drifts(scales: ProbeScales) -> list["ZeroDrift"]:
+    """Every channel, straight and more and more curved, by its noise in the longest record."""
+    longest = max(last - first for first, last in scales.clock.values())
+    return [
+        ZeroDrift(rate=scales.noise[channel] / longest, settling_rate=way / longest, of_channel=channel)
+        for channel in scales.channels
+        for way in _WAYS
+    ]
+
+
+class ZeroDrift(AbstractChannelFault):
+    """The zero of one channel drifts while a record lasts, straight on or towards an end, as a sensor or amplifier that warms up.
+
+    r = value + b (1 - exp(-kappa t)) / kappa, and value + b t for kappa = 0, t on the record's clock; b is another in every record.
+    Differentiable everywhere.
+
+    Arguments:
+        rate: b, in the channel's SI unit a second, at the zero of the clock.
+        settling_rate: kappa >= 0, 1/s; the drift ends at b / kappa.
+        of_channel: name of the channel.
+
+    Source: E. O. Doebelin, Measurement Systems: Application and Design, 4th edition (1990), chapter 3 (zero drift).
+    """
+
+    name: ClassVar[str] = "zero_drift"
+    summary: ClassVar[str] = "a channel whose zero drifts"
+    equation: ClassVar[str] = "r = value + b (1 - exp(-kappa t)) / kappa"
+    source: ClassVar[str] = "Doebelin 1990"
+    probe: ClassVar[Probe] = Probe(_drifts, either_sign=True)
+
+    rate: Value = parameter(
+        "b_0", f"({UNIT_OF_CHANNEL})/s", start=0.0, lower=-np.inf, scale=1e-4, per_record=True, meaning="rate of the zero at first"
+    )
+    settling_rate: Value = parameter("kappa_0", "1/s", start=0.0, logarithmic=False, meaning="rate at which the zero settles")
+    of_channel: str = eqx.field(static=True, default="")
+
+    def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
+        """The channel with its zero moved."""
+        x = self.settling_rate * motion.t
+        straight = jnp.abs(x) < _NEARLY_STRAIGHT
+        curved = -jnp.expm1(-jnp.where(straight, 1.0, x)) / jnp.where(straight, 1.0, x)
+        return value + self.rate * motion.t * jnp.where(straight, 1.0 - x / 2.0 + x * x / 6.0, curved)

@@ -24,12 +24,13 @@ LISTED: dict[str, Effect] = {
     **_table(suspension.quintic_stiffness, suspension.power_law_damping),
     **_table(channels.sensor_high_pass, needs=_FORCE),
     **_table(channels.recorder_low_pass, channels.nonlinear_reading, channels.reading_tone, channels.clock_drift),
+    **_table(channels.zero_drift),
 }
 UNLISTED: dict[str, Effect] = _table(
     unlisted.x_foreign_force,
     unlisted.x_warming_spring,
     unlisted.x_position_damping,
-    unlisted.x_zero_drift,
+    unlisted.x_gain_drift,
     unlisted.x_knocks,
     unlisted.x_parametric_stiffness,
     unlisted.x_stop_wear,

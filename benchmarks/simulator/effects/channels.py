@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.simulator.effects.base import either_sign
 from benchmarks.simulator.effects.setting import Setting
-from benchmarks.simulator.faults import Clip, ClockRate, Curve, Delay, Gain, HighPass, Hum, LowPass, Tone
+from benchmarks.simulator.faults import Clip, ClockRate, Curve, Delay, Gain, HighPass, Hum, LowPass, Tone, ZeroDrift
 from benchmarks.simulator.hidden import Hidden
 
 _DISPLACEMENTS = ("hammer_displacement", "cart_displacement")
@@ -77,3 +77,10 @@ def reading_tone(rng: np.random.Generator, setting: Setting, strength: float) ->
 def clock_drift(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
     """One channel's clock runs slow or fast by 800 ppm: 2.4 ms in 3 s."""
     return Hidden(faults=(ClockRate(channel=str(rng.choice(setting.channels)), ppm=either_sign(rng) * 800.0 * strength),))
+
+
+def zero_drift(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """The zero of one displacement channel creeps by 0.15 mm, with a time constant of 0.4 to 1.2 s."""
+    size, time_constant = either_sign(rng) * 1.5e-4 * strength, float(rng.uniform(0.4, 1.2))
+    channel = str(rng.choice([name for name in _DISPLACEMENTS if name in setting.channels]))
+    return Hidden(faults=(ZeroDrift(channel=channel, size=size, time_constant=time_constant),))

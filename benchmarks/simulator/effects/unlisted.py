@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.simulator.effects.base import either_sign
 from benchmarks.simulator.effects.setting import Setting
-from benchmarks.simulator.faults import ZeroDrift
+from benchmarks.simulator.faults import GainDrift
 from benchmarks.simulator.hidden import Hidden
 
 
@@ -25,10 +25,9 @@ def x_position_damping(rng: np.random.Generator, setting: Setting, strength: flo
     return Hidden(motion={"position_damping": strength * setting.rig.c / setting.rig.base_amplitude})
 
 
-def x_zero_drift(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
-    """The zero of the hammer's displacement creeps by 0.15 mm, with a time constant of 0.4 to 1.2 s."""
-    size, time_constant = either_sign(rng) * 1.5e-4 * strength, float(rng.uniform(0.4, 1.2))
-    return Hidden(faults=(ZeroDrift(channel="hammer_displacement", size=size, time_constant=time_constant),))
+def x_gain_drift(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
+    """The factor of the hammer's displacement rises or falls while a record lasts: by 3 % a second."""
+    return Hidden(faults=(GainDrift(channel="hammer_displacement", rate=either_sign(rng) * 0.03 * strength),))
 
 
 def x_knocks(rng: np.random.Generator, setting: Setting, strength: float) -> Hidden:
