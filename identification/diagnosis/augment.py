@@ -13,6 +13,7 @@ from identification.diagnosis.signals import own_states
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import likelier_start
+from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
@@ -28,18 +29,24 @@ _COARSE = 100
 
 
 def augmented(
-    seen: Look, candidate: Candidate, strengths: np.ndarray, *, expected: float = -np.inf, progress: Progress = lambda line: None
+    seen: Look, candidate: Candidate, weighed: Reestimated, *, expected: float = -np.inf, progress: Progress = lambda line: None
 ) -> Fitted:
     """The model with a candidate in it, fitted to the end.
 
     Args:
         seen: look in which the candidate was found.
         candidate: an effect.
-        strengths: of its columns, over the probing strength, from which it starts.
+        weighed: the model with it at first order, from which its fit starts; one of a stop says nothing.
         expected: deviance at first order.
         progress: called with a line in each round.
     """
-    return refitted(*extended(seen, candidate, strengths), seen.fitted, progress, expected=expected)
+    begun = seen if candidate.members[0].probe.is_stop else at_first_order(seen, weighed)
+    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, expected=expected)
+
+
+def at_first_order(seen: Look, weighed: Reestimated) -> Look:
+    """The look, its model at the estimate and with the variances that a candidate gives it at first order."""
+    return dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, at=weighed.at, variances=weighed.variances))
 
 
 def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, expected: float = -np.inf) -> Fitted:
@@ -195,12 +202,12 @@ def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str
 
 
 def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
-    """The problem with a free form in the model, and its estimate by the model without.
-
-    None where it is no function of the motion alone, as the stop's path or a vibration in each record.
-    """
+    """The problem with a free form in the model, and its estimate by the model without; None for the stop's path."""
     form = candidate.form
-    if form is None or form.quantity == "stop" or form.coordinate == "frequency":
+    if candidate.members:
+        effect, own = strengthened(candidate.members, strengths)
+        return _with(seen.fitted, (*seen.fitted.problem.model_at(seen.fitted.at).effects, effect), own=own)
+    if form is None or form.quantity == "stop":
         return None
     knots = np.unique(form.columns[:, 0])
     effect = FreeForm(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identification.diagnosis.augment import continued, learned
+from identification.diagnosis.augment import at_first_order, continued, learned
 from identification.diagnosis.decide import BEYOND_NOISE, LEVEL, decide
 from identification.diagnosis.diagnosis import (
     ADEQUATE,
@@ -223,11 +223,12 @@ def _with_prediction(
     """
     against, explaining, best = [], [], None
     for scored, weighed, gain in left:
-        form, refuting = learned(last, scored.candidate, weighed.strengths), gain
+        begun = at_first_order(last, weighed)
+        form, refuting = learned(begun, scored.candidate, weighed.strengths), gain
         if best is None and form is not None and _is_unexplained(((scored, weighed, gain),), forms):
             progress(f"fitting {scored.candidate.name}")
             try:
-                fitted = continued(*form, final, progress)
+                fitted = continued(*form, begun.fitted, progress)
                 gain = final.deviance - fitted.deviance if fitted.converged else gain
                 evidence = judge.evidence(
                     final,

@@ -16,7 +16,7 @@ from identification.trajectory.course import Course, Signal
 from identification.trajectory.fit import Fitted
 from vibrojax.channel_units import UNITS
 from vibrojax.effects import ProbeScales
-from vibrojax.effects.free_form import hats
+from vibrojax.effects.free_form import Vibration, hats
 
 _HATS = 8
 """Hats over the range of a coordinate."""
@@ -36,6 +36,7 @@ class Form:
         columns: knot, and direction of u' (1, -1, or 0 for both) or record, of each column; (columns, 2).
         size: value that a column's strength of one stands for, SI.
         signals: of the columns.
+        members: effects whose strengths are those of the columns, for every record in turn; none where `FreeForm` holds it.
         tried: places among which it was the best.
     """
 
@@ -46,11 +47,14 @@ class Form:
     columns: np.ndarray
     size: float
     signals: tuple[Signal, ...]
+    members: tuple[Vibration, ...] = ()
     tried: int = 1
 
     @property
     def name(self) -> str:
         """For tables."""
+        if self.members:
+            return self.members[0].name
         quantity = {"force": "force", "stop": "place of the stop"}.get(self.quantity, self.quantity.replace("_", " "))
         return f"any {quantity} over {self.coordinate}"
 
@@ -113,14 +117,13 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
 
 
 def _vibration(fitted: Fitted, hz: float, searched: int) -> Form:
-    """A force at one frequency: cosine and sine in every record."""
+    """A force at one frequency: cosine in every record, and sine in every record."""
     chains, records = fitted.problem.chains, fitted.problem.experiment.records
     size, signals, columns = fitted.problem.scales.force, [], []
-    for index, record in enumerate(records):
-        angle = 2.0 * np.pi * hz * (record.time - record.time[0])
-        for wave in (np.cos(angle), np.sin(angle)):
+    for wave in (np.cos, np.sin):
+        for index, record in enumerate(records):
             force = np.zeros((len(chains.left), chains.samples + 1))
-            force[chains.of_record(index)] = on_segments(chains, index, size * wave)
+            force[chains.of_record(index)] = on_segments(chains, index, size * wave(2.0 * np.pi * hz * record.time))
             signals.append(Signal(force=force, stop=None, readings={}, record=index))
             columns.append((0, index))
     return Form(
@@ -131,6 +134,7 @@ def _vibration(fitted: Fitted, hz: float, searched: int) -> Form:
         columns=np.array(columns),
         size=size,
         signals=tuple(signals),
+        members=(Vibration(hz, 0.0, size), Vibration(hz, size, 0.0)),
         tried=searched,
     )
 

@@ -37,7 +37,7 @@ class Candidate:
 
     Attributes:
         name: of the effect or of the free form.
-        members: effects whose strengths are estimated together; none for a free form.
+        members: effects whose strengths are estimated together; none for a free form that is a function of the motion.
         signals: of its columns.
         form: free form; None for an effect.
     """
@@ -119,7 +119,7 @@ def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formu
         if name in among and name not in held:
             candidates += _of_kind(kind, scales, along, fitted.problem.chains)
     listed = _scored(fitted, by, candidates)
-    forms = [Candidate(name=one.name, members=(), signals=one.signals, form=one) for one in free_forms(fitted, along, scales)]
+    forms = [Candidate(name=one.name, members=one.members, signals=one.signals, form=one) for one in free_forms(fitted, along, scales)]
     free = _scored(fitted, by, forms)
     return Look(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
 

@@ -91,9 +91,11 @@ def _with_scatter(found: Reestimated, chosen: tuple[int, ...], names: int) -> fl
         std = np.zeros(names)
         std[list(chosen)] = usual[list(chosen)] * np.exp(logs)
         covariance = found.covariance + of_one * np.repeat(std, others)[:, None] ** 2
-        return float(found.deviance + found.strengths @ np.linalg.solve(covariance, found.strengths) + np.linalg.slogdet(covariance)[1] - known)
+        square = found.strengths @ np.linalg.solve(covariance, found.strengths)
+        return float(found.deviance + square + np.linalg.slogdet(covariance)[1] - known)
 
-    return float(minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[_LOGS] * len(chosen)).fun)
+    least = minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[_LOGS] * len(chosen))
+    return float(least.fun)
 
 
 def with_values(fitted: Fitted, names: tuple[str, ...], progress: Progress) -> Fitted | None:

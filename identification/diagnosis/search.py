@@ -176,7 +176,7 @@ def search(
 
 
 def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
-    """The search with effects taken in one by one, or values in each record, until nothing is asked for."""
+    """The search with effects taken in one by one, or values in each record, until nothing is asked for, or a free form says more."""
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
@@ -190,9 +190,9 @@ def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], ju
                 names = ()
             step = _step(seen, weighed, judge, progress)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
-            if taken is not None:
+            if taken is not None and step.alternatives[0].candidate.form is None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
-            elif names and step.finished and (varied := with_values(found.final, names, progress)) is not None:
+            elif taken is None and names and step.finished and (varied := with_values(found.final, names, progress)) is not None:
                 found = _beside_values(found, varied)
             else:
                 found = dataclasses.replace(found, last=step, finished=step.finished)
@@ -337,7 +337,7 @@ def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Prog
     """An alternative with its model iterated to the end; none where no such model can be fitted."""
     try:
         expected = seen.fitted.deviance - one.gain
-        fitted = augmented(seen, one.candidate, weighed.strengths, expected=expected, progress=progress)
+        fitted = augmented(seen, one.candidate, weighed, expected=expected, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
     return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.deviance - fitted.deviance)]
@@ -350,8 +350,11 @@ def _numbers(candidate: Candidate, records: int) -> int:
 
 
 def _shortlist(seen: Look) -> list[Scored]:
-    """The best of each kind by score; where scores do not order, also stops, and what the records show without a model."""
-    best = list(best_of_each(seen.listed).values())
+    """The best of each kind by score; where scores do not order, also stops, and what the records show without a model.
+
+    A free form that may be fitted as an effect is one of them: an effect that comes close to it is not the cause.
+    """
+    best = list(best_of_each([*seen.listed, *(one for one in seen.free if one.candidate.members)]).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
     if _hides_the_order(seen.fitted, seen.fitted.variances):
         shown = best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)])
@@ -424,6 +427,9 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
         if not best.finished:
             raise OutOfBudgetError
         winner = best.alternatives[0] if best.alternatives else again
+        if _is_taken(winner) and winner.candidate.form is not None:
+            final, steps = lesser, [other for other in steps if other is not step]
+            continue
         if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, seen.fitted.local.samples):
             asked_again = dataclasses.replace(step, beside_later=(_without_equations(again), *best.alternatives[1:]))
             steps = [asked_again if other is step else other for other in steps]

@@ -166,7 +166,7 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formu
         places.append(best.channel or best.members[0].record or "")
         possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
         progress(f"fitting the model with {name}")
-        found = augmented(seen, best, weighed_anew(seen, scored).strengths, progress=progress)
+        found = augmented(seen, best, weighed_anew(seen, scored), progress=progress)
     gain = 0.5 * (nominal.deviance - found.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(

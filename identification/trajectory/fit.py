@@ -155,9 +155,7 @@ def fit(
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
     least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
     try:
-        found = _converged(
-            problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least
-        )
+        found = _converged(problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least)
     except np.linalg.LinAlgError as error:
         name = problem.experiment.name
         raise NoConvergenceError(f"the fit of {name!r} diverged: its equations became singular ({error}); check units and gaps") from error

@@ -17,7 +17,7 @@ _PARAMETERS = [p for owner in (*LAWS.values(), *EFFECTS.values(), *SUSPENSIONS.v
 _LISTED = {re.escape(symbol) for p in _PARAMETERS for symbol in (p.symbol, p.from_gap) if "_" in symbol}
 _IN_PROSE = re.compile(rf"(?<![\w./\\-])({'|'.join(sorted(_LISTED))})(?![\w/\\-]|\.\w)")
 """A parameter's symbol among words; a part of a file's or an effect's name is none."""
-_GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "tau": "τ", "pi": "π", "phi": "φ"}
+_GREEK = {"Omega": "Ω", "delta": "δ", "lambda": "λ", "omega": "ω", "zeta": "ζ", "kappa": "κ", "tau": "τ", "pi": "π", "phi": "φ"}
 _SIGNS = (("->", "→"), ("<=", "≤"), (">=", "≥"), ("-", "−"), ("&#39;&#39;", "″"), ("&#39;", "′"), (" * ", " · "))
 _LOWERED = str.maketrans("0123456789in", "₀₁₂₃₄₅₆₇₈₉ᵢₙ")
 

@@ -1,4 +1,4 @@
-"""A force or an error of a reading without a formula: a tabulated function of one coordinate of the motion."""
+"""What stands for no cause: a force or an error of a reading tabulated over one coordinate of the motion, and a vibration from outside."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -14,7 +14,7 @@ from vibrojax.channel_units import UNITS
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe
 from vibrojax.errors import shown
-from vibrojax.parameters import Parameter
+from vibrojax.parameters import Parameter, parameter
 from vibrojax.shapes import Scalars, Value
 
 MOST_KNOTS = 16
@@ -209,3 +209,45 @@ class FreeForm(AbstractEffect):
         ways = (towards, 1.0 - towards) if self.by_direction else (jnp.ones_like(of),)
         shapes = [way * hat for hat in hats(of, self.knots, vanishing_below=self.coordinate == "indentation") for way in ways]
         return sum((getattr(self, name) * shape for name, shape in zip(self.coefficients, shapes, strict=True)), jnp.zeros_like(of))
+
+
+def _wave(symbol: str, meaning: str) -> Any:
+    """Sine or cosine part of a vibration, of which every record has its own."""
+    return parameter(symbol, "N", start=0.0, lower=-np.inf, scale=0.1, per_record=True, meaning=meaning)
+
+
+class Vibration(AbstractEffect):
+    """A force on the hammer at one frequency, unrelated to its motion; its size and phase are others in every record.
+
+    force = a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
+
+    It stands for no cause, as `FreeForm`: a machine next door, a fan, a mode of the floor.
+
+    Arguments:
+        frequency_hz: f > 0, Hz.
+        sine: a, N.
+        cosine: b, N.
+
+    Source: D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3 (unmeasured excitation).
+    """
+
+    name: ClassVar[str] = "vibration"
+    summary: ClassVar[str] = "a vibration from outside"
+    equation: ClassVar[str] = "force = a sin(2 pi f t) + b cos(2 pi f t), a and b others in every record"
+    source: ClassVar[str] = "Ewins 2000"
+    probe: ClassVar[Probe] = Probe(lambda scales: [], parts=("cosine", "sine"), either_sign=True, is_line=True)
+    """A line of the random force, not searched for among the listed effects."""
+
+    frequency_hz: Value = parameter("f_v", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the vibration")
+    sine: Value = _wave("a_v", "sine part of the vibration")
+    cosine: Value = _wave("b_v", "cosine part of the vibration")
+
+    @property
+    def fastest_hz(self) -> Value:
+        """Its frequency, Hz."""
+        return self.frequency_hz
+
+    def force(self, motion: Motion, own: Own) -> Scalars:
+        """Towards the stop, N."""
+        angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
+        return self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)

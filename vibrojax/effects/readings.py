@@ -385,7 +385,7 @@ class ZeroDrift(AbstractChannelFault):
     rate: Value = parameter(
         "b_0", f"({UNIT_OF_CHANNEL})/s", start=0.0, lower=-np.inf, scale=1e-4, per_record=True, meaning="rate of the zero at first"
     )
-    settling_rate: Value = parameter("kappa_0", "1/s", start=0.0, logarithmic=False, meaning="rate at which the zero settles")
+    settling_rate: Value = parameter("κ_0", "1/s", start=0.0, logarithmic=False, meaning="rate at which the zero settles")
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:

@@ -154,7 +154,7 @@ def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
     rubs = rubbing(seen, 0.2)
     as_expected = dataclasses.replace(rubs.solution, deviance=seen.fitted.deviance - (200.0 if converged else 50.0))
     with_form = dataclasses.replace(rubs, converged=converged, solution=as_expected)
-    for name, made in {"learned": (None, None), "continued": with_form, "polished": with_form}.items():
+    for name, made in {"learned": (None, None), "at_first_order": seen, "continued": with_form}.items():
         monkeypatch.setattr(diagnose, name, lambda *args, made=made, **others: made)
     candidate, one = Candidate(name="any force over velocity", members=(), signals=(None,) * 16), seen.fitted
     scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))

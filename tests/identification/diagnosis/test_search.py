@@ -9,6 +9,7 @@ import pytest
 from identification.diagnosis import diagnose
 from identification.diagnosis import look as look_module
 from identification.diagnosis import search as module
+from identification.diagnosis.free_forms import Form
 from identification.diagnosis.look import Candidate, Look, Scored, among_effects, limit_warning
 from identification.diagnosis.search import LARGE_PART, MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
@@ -17,6 +18,7 @@ from identification.trajectory.random_force import RandomForce
 from tests.effects.start import at_start
 from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS, AbstractEffect, TimeOffset
+from vibrojax.effects.free_form import Vibration
 from vibrojax.errors import InputError
 
 
@@ -93,6 +95,32 @@ def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(seen,
         module, "refitted", lambda name, near, beside, progress: fitted(seen, *({"hysteresis"} - {name}), deviance=left[name])
     )
     assert names(search(fitted(seen), judge=refusing())) == ["hysteresis", "gap_drift"]
+
+
+def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+    wave = Vibration(9.0, 0.1, 0.1)
+    form = Form(
+        coordinate="frequency",
+        quantity="force",
+        unit="Hz",
+        knots=np.array([9.0]),
+        columns=np.zeros((2, 2), int),
+        size=1.0,
+        signals=(),
+        members=(wave,),
+    )
+    offered = module._step
+
+    def step(at: Look, weighed, judge, progress, known=()) -> Step:
+        if not known:
+            return offered(at, weighed, judge, progress)
+        more = dataclasses.replace(known[0], candidate=Candidate(name="vibration", members=(wave,), signals=(), form=form), drop=5000.0)
+        return Step(look=at, alternatives=(more, *known))
+
+    monkeypatch.setattr(module, "_step", step)
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
+    assert "coulomb_friction" not in names(search(fitted(seen), judge=refusing()))
 
 
 def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
@@ -342,16 +370,13 @@ def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, 
     )
     found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
 
-    def weigh(found: Search, *_) -> diagnose._Weighed:
+    def weigh(found: Search, last, judge, progress) -> diagnose._Weighed:
+        if len(found.steps) == 1:
+            progress("a round of a fit")
         reasons = {"coulomb_friction": "", "gap_drift": "no"} if len(found.steps) == 2 else {"coulomb_friction": alone}
         return diagnose._Weighed(search=found, left=(), forms=1, form=None, reasons=reasons)
 
-    def polished(fitted, progress):
-        progress("a round of a fit")
-        return fitted
-
     monkeypatch.setattr(diagnose, "_weigh", weigh)
-    monkeypatch.setattr(diagnose, "polished", polished)
     course = diagnose._Course(0.0 if spent else 10.0, lambda line: None)
     kept = diagnose._supported(found, seen, None, course).search
     assert kept.finished == finished
