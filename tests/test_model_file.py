@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vibrojax.contact import LAWS, HuntCrossley
 from vibrojax.effects import EFFECTS, CoulombFriction, GainError, GapStep, MainsHum
-from vibrojax.effects.free_form import FreeForm, Vibration
+from vibrojax.effects.free_form import FreeForm, TonalForce
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.model_file import model_document, read_model, write_model
@@ -181,7 +181,7 @@ def test_units_and_provenance_may_be_left_out(tmp_path):
     [
         GainError(factor=1.1, of_channel="reaction_force"),
         FreeForm(coordinate="reading", knots=(0.0, 1.0), of_channel="reaction_force", c1=0.1, c2=-1 / 3),
-        Vibration(frequency_hz=13.2, sine=0.1, cosine=-1 / 3),
+        TonalForce(frequency_hz=13.2, sine=0.1, cosine=-1 / 3),
     ],
 )
 def test_what_acts_on_the_gauge_behind_the_stop_or_is_on_no_list_comes_back(effect, tmp_path):

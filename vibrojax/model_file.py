@@ -15,7 +15,7 @@ from vibrojax.effects import EFFECTS, AbstractEffect
 from vibrojax.effects.base import unit_in
 from vibrojax.effects.filters import BANDS, MOST_ORDER, RecorderFilter
 from vibrojax.effects.formula import Formula
-from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm, Vibration
+from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm, TonalForce
 from vibrojax.errors import InputError, shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
@@ -172,7 +172,7 @@ def _effect(table: Table) -> AbstractEffect:
     """One effect from its object in the file."""
     if "formula" in table.values:
         return _formula(table)
-    kinds = {**EFFECTS, FreeForm.name: FreeForm, Vibration.name: Vibration}
+    kinds = {**EFFECTS, FreeForm.name: FreeForm, TonalForce.name: TonalForce}
     kind: Any = kinds[table.choice("name", list(kinds))]
     if kind is FreeForm:
         return _free_form(table)

@@ -260,7 +260,7 @@ FINGERPRINTS: dict[str, Fingerprint] = {
         along=_TIME,
         over="misfit of the channel, µm",
         points=misfit_over_time(_HAMMER, scale=1e6, until=3.0),
-        shows="A slow way of one channel alone, straight or towards an end.",
+        shows="One channel alone moves away slowly, straight on or towards an end.",
         lines=True,
     ),
     "force_saturation": Fingerprint(

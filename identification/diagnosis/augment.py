@@ -19,7 +19,7 @@ from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem, begun_from
-from identification.trajectory.variances import is_largest, vanishes
+from identification.trajectory.variances import vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
@@ -28,20 +28,18 @@ _COARSE = 100
 """Steps of the first search for a channel's lateness, on either side."""
 
 
-def augmented(
-    seen: Look, candidate: Candidate, weighed: Reestimated, *, expected: float = -np.inf, progress: Progress = lambda line: None
-) -> Fitted:
-    """The model with a candidate in it, fitted to the end.
+def augmented(seen: Look, candidate: Candidate, weighed: Reestimated, *, progress: Progress = lambda line: None) -> Fitted:
+    """The model with a candidate in it, fitted to the end: no less likely than the model without, which it contains.
 
     Args:
         seen: look in which the candidate was found.
-        candidate: an effect.
-        weighed: the model with it at first order, from which its fit starts; one of a stop says nothing.
-        expected: deviance at first order.
+        candidate: an effect, or a free form with members.
+        weighed: the model with it at first order, from which its fit starts; of a stop that says nothing.
         progress: called with a line in each round.
     """
-    begun = seen if candidate.members[0].probe.is_stop else at_first_order(seen, weighed)
-    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, expected=expected)
+    of_stop = candidate.members[0].probe.is_stop or changes_stop(candidate.members[0])
+    begun = seen if of_stop else at_first_order(seen, weighed)
+    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, expected=seen.fitted.deviance)
 
 
 def at_first_order(seen: Look, weighed: Reestimated) -> Look:
@@ -50,18 +48,17 @@ def at_first_order(seen: Look, weighed: Reestimated) -> Look:
 
 
 def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, expected: float = -np.inf) -> Fitted:
-    """A problem fitted from the estimate and the variances of another model; unless that is as likely as expected, anew from both ends.
+    """A problem fitted from an estimate and variances near its own; unless that is as likely as it must be, anew from both ends.
 
-    Where physics is missing, the other model's estimate may be far off, and reading errors may have taken the place of physics: then the
-    fit from the measured trajectory with a large force is the better one. With a large force, on the other hand, the records hardly
-    determine an effect, and its parameters may leave their first estimates.
+    Where physics is missing, the estimate may be far off, and reading errors may have taken the place of physics: then the fit from the
+    measured trajectory with a large force is the better one. With a large force, on the other hand, the records hardly determine an effect,
+    and its parameters may leave their first estimates.
 
     Args:
         problem: that begins at the measured trajectory.
-        near: estimate of it from the other model; None where that says nothing.
-        beside: the other model, fitted.
-        expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is,
-            unless reading errors had taken its place.
+        near: estimate of it from another model; None where that says nothing.
+        beside: that model, of which the variances begin.
+        expected: deviance with which the first fit is good enough; without a force it is, unless reading errors had taken its place.
         progress: called with a line in each round.
     """
     found = None
@@ -70,9 +67,8 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
             found = continued(problem, near, beside, progress)
             found = found if found.converged else None
     if found is not None:
-        force = found.variances.force
-        explained = vanishes(problem, force) and not beside.of_readings
-        if explained or (found.deviance <= expected and not is_largest(problem, force)):
+        explained = vanishes(problem, found.variances.force) and not beside.of_readings
+        if explained or found.deviance <= expected:
             return found
     try:
         anew = fit(problem, progress=progress)

@@ -169,13 +169,14 @@ def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weig
     limit = _AT_LIMIT if is_largest(found.final.problem, found.final.variances.force) else ""
     first = [step.alternatives[0] for step in found.steps]
     taken = {one.name: judge.why_not(found.nominal, one, found.final, against, forms) or limit for one in first}
-    refused = {one.name: one.refused for one in (found.last.refused if found.last is not None else ())}
+    last_refused = found.last.refused if found.last is not None else ()
+    refused = {one.name: one.refused for one in last_refused if one.candidate.form is None}
     return _Weighed(search=found, left=left, forms=forms, form=form, reasons=taken or refused)
 
 
 def _free(seen: Look) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
-    forms = seen.free[:_FORMS]
+    forms = [one for place, one in enumerate(seen.free) if place < _FORMS or one.candidate.members]
     weighed = all_weighed_anew(seen, forms)
     found = [(one, anew, seen.deviance - anew.deviance) for one, anew in zip(forms, weighed, strict=True) if anew is not None]
     return tuple(sorted(found, key=lambda one: -one[2]))
@@ -359,7 +360,8 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
     if own:
         one, *others = [p for p in effect.parameters if p.per_record]
         name, symbol = ("amplitude", "A") if others else (f"rms_{one.name}", f"rms {one.symbol}")
-        size = float(np.sqrt(np.mean(np.sum(fitted.at.own[:, own] ** 2, axis=1))))
+        acts = fitted.problem.border.own[:, own].any(axis=1)
+        size = float(np.sqrt(np.mean(np.sum(fitted.at.own[acts][:, own] ** 2, axis=1))))
         numbers.append(Quantity(name=name, symbol=symbol, unit=unit_in(one.unit, effect.channel), value=size, stderr=None))
     gaps = {record.gap for record in fitted.problem.experiment.records}
     return Asserted(
@@ -371,9 +373,9 @@ def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted
 
 
 def _rivals(alternatives: Sequence[Alternative]) -> list[Alternative]:
-    """The effect taken in, and others that were fitted and not refused beside it, those that contain it left out."""
+    """The effect taken in, and others that were fitted and not refused beside it, those that contain it left out, and free forms."""
     best, *others = alternatives
-    fitted = [one for one in others if one.drop is not None and not one.refused]
+    fitted = [one for one in others if one.drop is not None and not one.refused and one.candidate.form is None]
     return [best, *(one for one in fitted if best.name not in one.candidate.members[0].special_cases)]
 
 
@@ -410,7 +412,8 @@ def _considered(found: Search) -> tuple[Considered, ...]:
         tried = {one.candidate.key: one for one in weighed}
         lowest = min((one.criterion(samples) for one in tried.values()), default=0.0)
         beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
-        for key, scored in best_of_each(step.look.listed).items():
+        fitted_forms = [one for one in step.look.free if one.candidate.members]
+        for key, scored in best_of_each([*step.look.listed, *fitted_forms]).items():
             one = tried.get(key)
             degrees = int(scored.known.sum()) or 1
             rows.append(

@@ -16,7 +16,7 @@ from identification.trajectory.course import Course, Signal
 from identification.trajectory.fit import Fitted
 from vibrojax.channel_units import UNITS
 from vibrojax.effects import ProbeScales
-from vibrojax.effects.free_form import Vibration, hats
+from vibrojax.effects.free_form import TonalForce, hats
 
 _HATS = 8
 """Hats over the range of a coordinate."""
@@ -47,7 +47,7 @@ class Form:
     columns: np.ndarray
     size: float
     signals: tuple[Signal, ...]
-    members: tuple[Vibration, ...] = ()
+    members: tuple[TonalForce, ...] = ()
     tried: int = 1
 
     @property
@@ -134,7 +134,7 @@ def _vibration(fitted: Fitted, hz: float, searched: int) -> Form:
         columns=np.array(columns),
         size=size,
         signals=tuple(signals),
-        members=(Vibration(hz, 0.0, size), Vibration(hz, size, 0.0)),
+        members=(TonalForce(hz, 0.0, size), TonalForce(hz, size, 0.0)),
         tried=searched,
     )
 

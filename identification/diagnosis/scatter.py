@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
-from identification.estimation.parameters import between_records
+from identification.estimation.parameters import between_records, record_estimates
 from identification.estimation.varying import with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
@@ -23,6 +23,8 @@ from vibrojax.errors import NoConvergenceError
 
 _COLUMNS = 48
 """Values that are weighed together at first order, at most."""
+_IDENTIFIED = 1.0
+"""Standard error, in the coordinate of the fit over the parameter's scale, below which a record says something of a parameter."""
 _LOGS = (-7.0, 3.0)
 """Range of a standard deviation over the values of the records, logarithms."""
 
@@ -54,45 +56,48 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     information criterion, among the first ones, as far as their values are not too many to be weighed; 0 of none.
     """
     chains, linear, unknowns = fitted.problem.chains, fitted.linear, fitted.problem.unknowns
-    others = range(1, len(chains.files))
-    names = names[: _COLUMNS // max(len(others), 1)]
-    if not names or not others:
+    errors = record_estimates(fitted)[1]
+    columns: list[tuple[str, int]] = []  # the deviation of a record from the one that says most of the parameter
+    for name in names:
+        error = errors[:, unknowns.index(name)]
+        others = [record for record in np.argsort(error)[1:] if error[record] < _IDENTIFIED]
+        if len(columns) + len(others) <= _COLUMNS:
+            columns += [(name, int(record)) for record in others]
+    if not columns:
         return 0.0, 1
-    places = [len(unknowns.states) + 2 + unknowns.index(name) for name in names]
-    inside = [chains.record == record for record in others]
-    seen = np.stack([linear.by[..., place] * mine[:, None, None] for place in places for mine in inside], axis=-1)
-    end = np.stack([linear.end_by[..., place] * mine[:, None] for place in places for mine in inside], axis=-1)
+    place = [len(unknowns.states) + 2 + unknowns.index(name) for name, _ in columns]
+    inside = np.stack([chains.record == record for _, record in columns], axis=-1)
+    seen, end = linear.by[..., place] * inside[:, None, None], linear.end_by[..., place] * inside[:, None]
     none = reestimated(fitted, seen[..., :0], end[..., :0], fitted.variances)
+    of, price, chosen, gain = np.array([name for name, _ in columns]), np.log(fitted.local.samples), (), 0.0
     try:
         found = reestimated(fitted, seen, end, fitted.variances)
+        while left := [name for name in dict.fromkeys(of) if name not in chosen]:
+            tried = {name: none.deviance - _with_scatter(found, of, (*chosen, name)) for name in left}
+            best = max(tried, key=lambda name: tried[name])
+            if chosen and tried[best] - gain < price:
+                break
+            chosen, gain = (*chosen, best), tried[best]
     except np.linalg.LinAlgError:  # at first order they take the motion too far to be weighed
         return 0.0, 1
-    price, chosen, gain = np.log(fitted.local.samples), (), 0.0
-    while len(chosen) < len(names):
-        tried = {one: none.deviance - _with_scatter(found, (*chosen, one), len(names)) for one in range(len(names)) if one not in chosen}
-        best = max(tried, key=lambda one: tried[one])
-        if chosen and tried[best] - gain < price:
-            break
-        chosen, gain = (*chosen, best), tried[best]
     return gain, len(chosen)
 
 
-def _with_scatter(found: Reestimated, chosen: tuple[int, ...], names: int) -> float:
-    """-2 log likelihood of values in records that are normal about a mean, those of the chosen parameters; with the likeliest deviations.
+def _with_scatter(found: Reestimated, of: np.ndarray, chosen: tuple[str, ...]) -> float:
+    """-2 log likelihood of deviations of these parameters that are normal, of the chosen ones, and 0 of the others.
 
-    Values count from the first record's, which scatters as they do.
+    A deviation counts from another record's, which is normal, too. Standard deviations are the likeliest ones.
     """
-    values = found.strengths.reshape(names, -1)
-    others, usual = values.shape[1], np.maximum(np.sqrt(np.mean(values**2, axis=1)), 1e-300)
-    of_one = np.kron(np.eye(names), np.eye(others) + 1.0)
-    _, known = np.linalg.slogdet(found.covariance)
+    values, variances = found.strengths, np.diag(found.covariance)
+    of_one = [(of[:, None] == name) & (of == name) for name in chosen]
+    common = [np.where(both, 1.0 + np.eye(len(of)), 0.0) for both in of_one]
+    usual = [np.sqrt(np.sum((values**2 / variances)[of == name]) / np.sum(1.0 / variances[of == name])) for name in chosen]
+    known = np.linalg.slogdet(found.covariance)[1]
 
     def deviance(logs: np.ndarray) -> float:
-        std = np.zeros(names)
-        std[list(chosen)] = usual[list(chosen)] * np.exp(logs)
-        covariance = found.covariance + of_one * np.repeat(std, others)[:, None] ** 2
-        square = found.strengths @ np.linalg.solve(covariance, found.strengths)
-        return float(found.deviance + square + np.linalg.slogdet(covariance)[1] - known)
+        scatter = (square * (max(size, 1e-300) * np.exp(log)) ** 2 for square, size, log in zip(common, usual, logs, strict=True))
+        covariance = found.covariance + sum(scatter)
+        return float(found.deviance + values @ np.linalg.solve(covariance, values) + np.linalg.slogdet(covariance)[1] - known)
 
     least = minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[_LOGS] * len(chosen))
     return float(least.fun)

@@ -336,8 +336,7 @@ def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
 def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
     """An alternative with its model iterated to the end; none where no such model can be fitted."""
     try:
-        expected = seen.fitted.deviance - one.gain
-        fitted = augmented(seen, one.candidate, weighed, expected=expected, progress=progress)
+        fitted = augmented(seen, one.candidate, weighed, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
     return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.deviance - fitted.deviance)]
@@ -427,7 +426,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
         if not best.finished:
             raise OutOfBudgetError
         winner = best.alternatives[0] if best.alternatives else again
-        if _is_taken(winner) and winner.candidate.form is not None:
+        if _is_taken(winner) and winner.candidate.form is not None and is_twin(winner, again, seen.fitted.local.samples):
             final, steps = lesser, [other for other in steps if other is not step]
             continue
         if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, seen.fitted.local.samples):

@@ -1,12 +1,13 @@
 """A chain under another model: effects taken in or left out, parameters that deviate between records; all else stays where it is."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from identification.experiment import Record
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Lateness, chains_of
@@ -60,12 +61,13 @@ def remodelled(
     first = {p.name: np.full(len(at.own), _inside(p, values[p.name])) for p in per_record}
     own_values = first | {name: at.own[:, place] for place, name in enumerate(before.own)} | dict(own)
     knot_values = {name: at.states[:, place] for place, name in enumerate(before.states)} | dict(states)
+    acts = _acting(model, problem.experiment.records)
     nothing = np.zeros(len(at.states))
     start = Estimate(
         states=np.stack([knot_values.get(name, nothing) for name in unknowns.states], axis=1),
         force=at.force,
         shared=shared,
-        own=np.stack([own_values[name] for name in unknowns.own], axis=1),
+        own=np.stack([np.where(acts.get(name, True), own_values[name], 0.0) for name in unknowns.own], axis=1),
     )
     new = tuple(p for p in parameters if p.name in of_effects)
     sizes = dict(zip(before.states[2:], problem.scales.own, strict=True))
@@ -87,10 +89,20 @@ def remodelled(
         parameters=parameters,
         unknowns=unknowns,
         scales=dataclasses.replace(problem.scales, own=np.array([sizes[name] for name in unknowns.states[2:]])),
-        border=_border(problem, model, unknowns.own, new, kept, start),
+        border=_border(problem, model, acts, unknowns.own, new, kept, start),
         integrator=dataclasses.replace(problem.integrator, flight_step=jax.device_put(np.asarray(step))),
         start=start,
     )
+
+
+def _acting(model: Model, records: Sequence[Record]) -> dict[str, np.ndarray]:
+    """Records in which a parameter of an effect that every record has for itself acts, by name: not where its channel is absent."""
+    return {
+        f"{effect.name}.{p.name}": np.array([effect.channel is None or effect.channel in record.channels for record in records])
+        for effect in model.effects
+        for p in effect.parameters
+        if p.per_record
+    }
 
 
 def late_channels(model: Model) -> dict[str, Lateness]:
@@ -113,7 +125,7 @@ def _inside(p, value: float) -> float:
     return float(np.log(value)) if p.logarithmic else value
 
 
-def _border(problem: Problem, model: Model, own_names: tuple[str, ...], new, kept, start: Estimate) -> Border:
+def _border(problem: Problem, model: Model, acts, own_names: tuple[str, ...], new, kept, start: Estimate) -> Border:
     """Free unknowns, scales and priors: as before for what is kept, by its first size for what is new.
 
     The place of a stop that the nominal model lacks is counted from the gap as set in the record that reaches farthest beyond it; in the
@@ -137,6 +149,7 @@ def _border(problem: Problem, model: Model, own_names: tuple[str, ...], new, kep
             own_mean[:, place], own_precision[:, place] = border.own_mean[:, was], border.own_precision[:, was]
             own_strengths[place] = border.own_strengths[was]
         else:
+            own[:, place] = acts[name]
             own_scale[place] = float(np.abs(start.own[:, place]).max()) or of_effects[name].scale
             own_strengths[place] = True
     if isinstance(model.law, NoContact):

@@ -21,7 +21,7 @@ from vibrojax.effects import (
     SensorHighPass,
     ZeroDrift,
 )
-from vibrojax.effects.free_form import Vibration
+from vibrojax.effects.free_form import TonalForce
 from vibrojax.excitation import Harmonic, Unforced
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
@@ -36,7 +36,7 @@ CONCEALED = {
     "nothing": (Hidden(), None),
     "foreign_force": (
         Hidden(motion={"foreign_force": 0.15, "foreign_omega": 2.0 * np.pi * 11.3}, records={FILE: {"foreign_phase": 0.6}}),
-        Vibration(11.3, 0.15 * np.cos(0.6), 0.15 * np.sin(0.6)),
+        TonalForce(11.3, 0.15 * np.cos(0.6), 0.15 * np.sin(0.6)),
     ),
     "quintic_stiffness": (Hidden(motion={"quintic": 2e11}), QuinticStiffness(2e11)),
     "slow_power_law": (

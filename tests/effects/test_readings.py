@@ -256,7 +256,7 @@ def test_the_drift_of_a_zero_is_differentiable_through_a_straight_one():
         effect, motion = ZeroDrift(1.0, settling, "hammer_displacement"), Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
         return effect.reading(jnp.zeros_like(ts), motion, ())
 
-    for settling in (0.0, 1e-5):  # either side of where the series ends
+    for settling in (0.0, 4e-5, 6e-5):  # either side of where the series ends at t = 2 s
         np.testing.assert_allclose(jax.jacfwd(drift)(settling), -(ts**2) / 2, rtol=1e-4, atol=1e-12)
     np.testing.assert_allclose(jax.jacfwd(drift)(1e-3), -(ts**2) / 2 + 1e-3 * ts**3 / 3, rtol=1e-4, atol=1e-9)
 
@@ -264,3 +264,9 @@ def test_the_drift_of_a_zero_is_differentiable_through_a_straight_one():
 def test_candidates_of_a_drift_go_straight_and_settle():
     found = ZeroDrift.probe.candidates(dataclasses.replace(SCALES, channels=("impact_force",)))
     assert [one.settling_rate for (one,) in found] == pytest.approx([0.0, 1.0, 10.0 / 3.0, 10.0])
+
+
+def test_a_zero_does_not_drift_before_the_zero_of_the_clock():
+    ts = jnp.linspace(-100.0, 0.0, 5)
+    motion = Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
+    np.testing.assert_array_equal(ZeroDrift(1.0, 10.0, "hammer_displacement").reading(jnp.zeros_like(ts), motion, ()), np.zeros(5))

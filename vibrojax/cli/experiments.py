@@ -77,7 +77,7 @@ def simulate(
         bool,
         typer.Option(
             "--as-recorded",
-            help="With the faults of the recorder that the model knows (lag, clipping, gain, offset; not hum, another in each record).",
+            help="With the recorder's faults that the model knows: lag, clipping, gain, offset; not those that differ between records.",
         ),
     ] = False,
     quiet: Quiet = False,

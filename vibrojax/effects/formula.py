@@ -13,7 +13,7 @@ import numpy as np
 
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
-from vibrojax.effects.free_form import FreeForm, Vibration
+from vibrojax.effects.free_form import FreeForm, TonalForce
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.errors import InputError, shown
 from vibrojax.formula import CREEP, MOTION, evaluated, read_formula, unit_of
@@ -173,7 +173,7 @@ class Formula(AbstractEffect):
             raise InputError(
                 f"{shown(self.label)} is no name of a term: expected a letter, then at most 39 letters, digits and _; rename it"
             )
-        if self.label in (*EFFECTS, FreeForm.name, Vibration.name):
+        if self.label in (*EFFECTS, FreeForm.name, TonalForce.name):
             raise InputError(f"{self.label!r} is the name of a listed effect: expected another for a term; rename it")
         read_formula(self.formula)
 

@@ -1,4 +1,4 @@
-"""What stands for no cause: a force or an error of a reading tabulated over one coordinate of the motion, and a vibration from outside."""
+"""What stands for no cause: a force or an error of a reading tabulated over one coordinate of the motion, and a tonal force."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -211,13 +211,17 @@ class FreeForm(AbstractEffect):
         return sum((getattr(self, name) * shape for name, shape in zip(self.coefficients, shapes, strict=True)), jnp.zeros_like(of))
 
 
-def _wave(symbol: str, meaning: str) -> Any:
-    """Sine or cosine part of a vibration, of which every record has its own."""
-    return parameter(symbol, "N", start=0.0, lower=-np.inf, scale=0.1, per_record=True, meaning=meaning)
+def _tone(effect: "TonalForce") -> str:
+    """With its frequency, where that is known."""
+    try:
+        turn = f"2 pi {float(effect.frequency_hz):.5g} Hz t"
+    except TypeError:  # inside a transformation of JAX
+        turn = "2 pi f t"
+    return f"force = a sin({turn}) + b cos({turn}), a and b differ between records"
 
 
-class Vibration(AbstractEffect):
-    """A force on the hammer at one frequency, unrelated to its motion; its size and phase are others in every record.
+class TonalForce(AbstractEffect):
+    """A force on the hammer at one frequency, unrelated to its motion; its size and phase differ between records.
 
     force = a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
 
@@ -231,16 +235,16 @@ class Vibration(AbstractEffect):
     Source: D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3 (unmeasured excitation).
     """
 
-    name: ClassVar[str] = "vibration"
-    summary: ClassVar[str] = "a vibration from outside"
-    equation: ClassVar[str] = "force = a sin(2 pi f t) + b cos(2 pi f t), a and b others in every record"
+    name: ClassVar[str] = "tonal_force"
+    summary: ClassVar[str] = "a force at one frequency that no listed effect accounts for"
+    equation: ClassVar[str] = property(_tone)  # type: ignore[assignment]
     source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(lambda scales: [], parts=("cosine", "sine"), either_sign=True, is_line=True)
     """A line of the random force, not searched for among the listed effects."""
 
-    frequency_hz: Value = parameter("f_v", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the vibration")
-    sine: Value = _wave("a_v", "sine part of the vibration")
-    cosine: Value = _wave("b_v", "cosine part of the vibration")
+    frequency_hz: Value = parameter("f_F", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the force")
+    sine: Value = parameter("a_F", "N", start=0.0, lower=-np.inf, scale=0.1, per_record=True, meaning="sine part of the force")
+    cosine: Value = parameter("b_F", "N", start=0.0, lower=-np.inf, scale=0.1, per_record=True, meaning="cosine part of the force")
 
     @property
     def fastest_hz(self) -> Value:

@@ -365,8 +365,8 @@ def _drifts(scales: ProbeScales) -> list["ZeroDrift"]:
 class ZeroDrift(AbstractChannelFault):
     """The zero of one channel drifts while a record lasts, straight on or towards an end, as a sensor or amplifier that warms up.
 
-    r = value + b (1 - exp(-kappa t)) / kappa, and value + b t for kappa = 0, t on the record's clock; b is another in every record.
-    Differentiable everywhere.
+    r = value + b (1 - exp(-kappa t)) / kappa, and value + b t for kappa = 0, t >= 0 on the record's clock, before which there is no drift;
+    b differs between records. Differentiable, but in t at 0.
 
     Arguments:
         rate: b, in the channel's SI unit a second, at the zero of the clock.
@@ -390,7 +390,8 @@ class ZeroDrift(AbstractChannelFault):
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         """The channel with its zero moved."""
-        x = self.settling_rate * motion.t
+        since = jnp.maximum(motion.t, 0.0)
+        x = self.settling_rate * since
         straight = jnp.abs(x) < _NEARLY_STRAIGHT
         curved = -jnp.expm1(-jnp.where(straight, 1.0, x)) / jnp.where(straight, 1.0, x)
-        return value + self.rate * motion.t * jnp.where(straight, 1.0 - x / 2.0 + x * x / 6.0, curved)
+        return value + self.rate * since * jnp.where(straight, 1.0 - x / 2.0 + x * x / 6.0, curved)

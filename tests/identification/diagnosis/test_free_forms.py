@@ -52,18 +52,18 @@ def test_it_is_fitted_with_a_size_and_phase_of_its_own_in_each_record(beside):
     weighed = weighed_anew(beside, beside.free[0])
     begun = at_first_order(beside, weighed)
     found = continued(*learned(begun, beside.free[0].candidate, weighed.strengths), begun.fitted, lambda line: None)
-    places, phases = [found.problem.unknowns.own.index(f"vibration.{name}") for name in ("sine", "cosine")], np.array([0.4, 2.0])
+    places, phases = [found.problem.unknowns.own.index(f"tonal_force.{name}") for name in ("sine", "cosine")], np.array([0.4, 2.0])
     errors = found.solution.own_error[:, places] * found.problem.border.own_scale[places]
     assert errors.max() < 0.05 * SIZE
     off = found.at.own[:, places] - SIZE * np.stack([np.cos(phases), np.sin(phases)], axis=1)
     assert np.abs(off / errors).max() < 4.0
-    assert found.converged and found.problem.values(found.at)["vibration.frequency_hz"] == pytest.approx(HZ, rel=1e-3)
+    assert found.converged and found.problem.values(found.at)["tonal_force.frequency_hz"] == pytest.approx(HZ, rel=1e-3)
     assert found.deviance < weighed.deviance + 1.0
 
 
 def test_no_effect_is_taken_in_where_it_says_more(beside):
     found = search(beside.fitted, ["second_mode", "coulomb_friction"], judge=Judge(beside.fitted.problem.experiment))
-    assert found.steps == () and found.last.alternatives[0].name == "vibration"
+    assert found.steps == () and found.last.alternatives[0].name == "tonal_force"
 
 
 def test_the_location_tells_its_frequency_and_size(beside):

@@ -4,10 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from identification.diagnosis.left_out import left_out
-from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
+from identification.diagnosis.scatter import _with_scatter, contradicted, differing, gain_of_values, if_still_needed, with_values
 from identification.result.evidence import chance
+from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import problem_of
@@ -57,6 +59,37 @@ def test_what_values_gain_at_first_order_is_more_than_chance_where_they_differ_a
     gain, degrees = gain_of_values(scattered, ("f_n",))
     assert degrees == 1 and chance(gain, degrees, 1) < 1e-6
     assert chance(*gain_of_values(steady, ("f_n",)), 1) > 1e-3
+
+
+def test_only_the_parameter_that_differs_is_charged(scattered):
+    alone, both = gain_of_values(scattered, ("f_n",)), gain_of_values(scattered, ("zeta", "f_n"))
+    assert both[1] == 1 and both[0] == pytest.approx(alone[0], rel=0.05)
+
+
+def test_a_record_that_says_nothing_of_a_parameter_may_be_the_first(scattered):
+    experiment = scattered.problem.experiment
+    channels = {name: np.zeros_like(values) for name, values in experiment.records[0].channels.items()}
+    still = dataclasses.replace(experiment.records[0], channels=channels, file="still.csv")
+    orders = ((still, *experiment.records), (*experiment.records, still))
+    found = [gain_of_values(fit(problem_of(dataclasses.replace(experiment, records=one))), ("f_n", "zeta")) for one in orders]
+    assert found[0] == pytest.approx(found[1], rel=0.01)
+    assert found[0][0] > 30.0 and found[0][1] == 1
+
+
+def test_deviations_have_the_likelihood_of_normal_ones(scattered):
+    """Differences of independent normal values from the one of another record; the second parameter does not deviate."""
+    rng, of = np.random.default_rng(3), np.array(["f_n", "f_n", "f_n", "zeta"])
+    root = 0.01 * rng.standard_normal((4, 4))
+    values, covariance = rng.normal(0.0, 0.05, 4), root @ root.T + 1e-4 * np.eye(4)
+    found = Reestimated(deviance=7.0, strengths=values, covariance=covariance, variances=scattered.variances, at=scattered.at)
+    scatter = np.zeros((4, 4))
+    scatter[:3, :3] = 1.0 + np.eye(3)
+
+    def expected(std: float) -> float:
+        density = multivariate_normal(np.zeros(4), covariance + std**2 * scatter).logpdf(values)
+        return 7.0 - 2.0 * (density - multivariate_normal(values, covariance).logpdf(values))
+
+    assert _with_scatter(found, of, ("f_n",)) == pytest.approx(min(map(expected, np.geomspace(1e-3, 1.0, 2000))), abs=1e-3)
 
 
 def test_records_of_one_rig_contradict_each_other_in_nothing(steady):

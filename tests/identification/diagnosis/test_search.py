@@ -18,7 +18,7 @@ from identification.trajectory.random_force import RandomForce
 from tests.effects.start import at_start
 from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS, AbstractEffect, TimeOffset
-from vibrojax.effects.free_form import Vibration
+from vibrojax.effects.free_form import TonalForce
 from vibrojax.errors import InputError
 
 
@@ -99,7 +99,7 @@ def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(seen,
 
 def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
-    wave = Vibration(9.0, 0.1, 0.1)
+    wave = TonalForce(9.0, 0.1, 0.1)
     form = Form(
         coordinate="frequency",
         quantity="force",
@@ -115,7 +115,7 @@ def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains,
     def step(at: Look, weighed, judge, progress, known=()) -> Step:
         if not known:
             return offered(at, weighed, judge, progress)
-        more = dataclasses.replace(known[0], candidate=Candidate(name="vibration", members=(wave,), signals=(), form=form), drop=5000.0)
+        more = dataclasses.replace(known[0], candidate=Candidate(name="tonal_force", members=(wave,), signals=(), form=form), drop=5000.0)
         return Step(look=at, alternatives=(more, *known))
 
     monkeypatch.setattr(module, "_step", step)
