@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from benchmarks.simulator import kernel
-from benchmarks.simulator.faults import ceiling
+from benchmarks.simulator.faults import ClockRate, Delay, ceiling
 from benchmarks.simulator.hidden import NOTHING, Hidden
 from benchmarks.simulator.random_force import RandomForce
 from benchmarks.simulator.rig import KINDS, Rig
@@ -15,6 +15,8 @@ _ROOM = 0.1
 """The hammer may go so far, m."""
 _AFTER = 20
 """Samples of motion after the record's end, for channels that are early."""
+_FINER = 8
+"""Steps of the motion in a sample of a channel that is late."""
 _MEMORY = [kernel.BW_FORCE, kernel.STOP_MASS, kernel.CART_MASS, kernel.MODE_MASS, kernel.WEAR]
 """Parameters of effects with states of their own."""
 _GAP_ERROR = 0.01e-3
@@ -106,16 +108,25 @@ def simulate(
     dt: float = SAMPLING_STEP,
 ) -> dict[str, np.ndarray]:
     """One record: time in s and every sensor's reading in SI, every `dt` s."""
-    signals = motion(rig, plan, hidden, dt=dt)
     recorded = slice(plan.transient, plan.transient + plan.samples)
+    signals = motion(rig, plan, hidden, dt=dt)
     readings = {"time": signals["time"][recorded]}
     for sensor in sensors:
-        signal = signals[sensor.channel]
-        for fault in hidden.faults:
-            if fault.channel == sensor.channel:
-                signal = fault.distort(plan.file, signals["time"], signal)
-        readings[sensor.channel] = sensor.read(signal[recorded], rng, ceiling=ceiling(sensor.channel, hidden.faults))
+        faults = [fault for fault in hidden.faults if fault.channel == sensor.channel]
+        is_late = any(isinstance(fault, Delay | ClockRate) for fault in faults)
+        finer = _FINER if is_late and plan.random_force is None else 1
+        shown = _finely(rig, plan, hidden, dt, finer) if finer > 1 else signals
+        signal = shown[sensor.channel]
+        for fault in faults:
+            signal = fault.distort(plan.file, shown["time"], signal)
+        readings[sensor.channel] = sensor.read(signal[::finer][recorded], rng, ceiling=ceiling(sensor.channel, hidden.faults))
     return readings
+
+
+def _finely(rig: Rig, plan: RecordPlan, hidden: Hidden, dt: float, finer: int) -> dict[str, np.ndarray]:
+    """The motion in finer steps: what a channel shows between samples is then not guessed across the kink of an impact."""
+    samples = finer * (plan.samples + _AFTER) - _AFTER
+    return motion(rig, dataclasses.replace(plan, transient=finer * plan.transient, samples=samples), hidden, dt=dt / finer)
 
 
 def true_signals(rig: Rig, plan: RecordPlan, hidden: Hidden = NOTHING) -> dict[str, np.ndarray]:

@@ -250,6 +250,7 @@ def _step(
             for one, weighed in list(waiting):
                 best = max((max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
+                contained |= {one.name} if is_shown_delay(seen, one.candidate) else set()  # of two channels either may be the late one
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))

@@ -36,6 +36,14 @@ def test_delayed_channel_shows_what_was_before(delay):
     assert np.std(wrong - y) < 1.2e-5
 
 
+def test_a_late_channel_shows_an_impact_as_it_was_between_samples():
+    late = simulate(RIG, DRIVEN, QUIET, np.random.default_rng(0), Hidden(faults=(Delay(channel="impact_force", delay=0.125e-3),)))
+    finely = dataclasses.replace(DRIVEN, transient=2 * DRIVEN.transient, samples=2 * DRIVEN.samples)
+    true = motion(RIG, finely, dt=0.125e-3)["impact_force"][finely.transient - 1 :: 2][: DRIVEN.samples]
+    assert true.max() > 10.0
+    np.testing.assert_allclose(late["impact_force"], true, rtol=0, atol=0.5)
+
+
 def test_low_pass_has_its_time_constant():
     fault = LowPass(channel="impact_force", time_constant=2e-3)
     answer = fault.distort("", 0.25e-3 * np.arange(4001), (np.arange(4001) > 0).astype(float))
