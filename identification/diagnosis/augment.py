@@ -19,7 +19,7 @@ from identification.trajectory.motion import Estimate, is_late
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem, begun_from
-from identification.trajectory.variances import vanishes
+from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
@@ -58,7 +58,8 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
         problem: that begins at the measured trajectory.
         near: estimate of it from another model; None where that says nothing.
         beside: that model, of which the variances begin.
-        expected: deviance with which the first fit is good enough; without a force it is, unless reading errors had taken its place.
+        expected: deviance with which the first fit is good enough, unless its random force is as large as it may be; without a force it is,
+            unless reading errors had taken its place.
         progress: called with a line in each round.
     """
     found = None
@@ -67,8 +68,9 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
             found = continued(problem, near, beside, progress)
             found = found if found.converged else None
     if found is not None:
-        explained = vanishes(problem, found.variances.force) and not beside.of_readings
-        if explained or found.deviance <= expected:
+        force = found.variances.force
+        explained = vanishes(problem, force) and not beside.of_readings
+        if explained or (found.deviance <= expected and not is_largest(problem, force)):
             return found
     try:
         anew = fit(problem, progress=progress)
