@@ -254,7 +254,7 @@ def test_the_drift_of_a_zero_is_differentiable_through_a_straight_one():
 
     def drift(settling):
         effect, motion = ZeroDrift(1.0, settling, "hammer_displacement"), Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
-        return effect.reading(jnp.zeros_like(ts), motion, ())
+        return effect.reading(jnp.zeros_like(ts), motion, jnp.zeros((5, 0)))
 
     for settling in (0.0, 4e-5, 6e-5):  # either side of where the series ends at t = 2 s
         np.testing.assert_allclose(jax.jacfwd(drift)(settling), -(ts**2) / 2, rtol=1e-4, atol=1e-12)
@@ -269,4 +269,6 @@ def test_candidates_of_a_drift_go_straight_and_settle():
 def test_a_zero_does_not_drift_before_the_zero_of_the_clock():
     ts = jnp.linspace(-100.0, 0.0, 5)
     motion = Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
-    np.testing.assert_array_equal(ZeroDrift(1.0, 10.0, "hammer_displacement").reading(jnp.zeros_like(ts), motion, ()), np.zeros(5))
+    np.testing.assert_array_equal(
+        ZeroDrift(1.0, 10.0, "hammer_displacement").reading(jnp.zeros_like(ts), motion, jnp.zeros((5, 0))), np.zeros(5)
+    )
