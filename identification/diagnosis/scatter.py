@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
 from identification.estimation.parameters import between_records, record_estimates
-from identification.estimation.varying import with_variations
+from identification.estimation.varying import LOGS, with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
 from identification.trajectory.fit import Fitted, Progress
@@ -25,8 +25,6 @@ _COLUMNS = 48
 """Values that are weighed together at first order, at most."""
 _IDENTIFIED = 1.0
 """Standard error, in the coordinate of the fit over the parameter's scale, below which a record says something of a parameter."""
-_LOGS = (-7.0, 3.0)
-"""Range of a standard deviation over the values of the records, logarithms."""
 
 
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
@@ -99,7 +97,7 @@ def _with_scatter(found: Reestimated, of: np.ndarray, chosen: tuple[str, ...]) -
         covariance = found.covariance + sum(scatter)
         return float(found.deviance + values @ np.linalg.solve(covariance, values) + np.linalg.slogdet(covariance)[1] - known)
 
-    least = minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[_LOGS] * len(chosen))
+    least = minimize(deviance, np.zeros(len(chosen)), method="L-BFGS-B", bounds=[LOGS] * len(chosen))
     return float(least.fun)
 
 

@@ -16,7 +16,7 @@ from identification.trajectory.start import Problem
 _SWEEPS = 4
 _STEADY = 0.05
 """Change of the logarithm of a standard deviation below which it has converged."""
-_LOGS = (-7.0, 3.0)
+LOGS = (-7.0, 3.0)
 """Range of a standard deviation about the scatter of the records' own estimates, logarithms."""
 _NO_GAIN = 1e-3
 """Standard deviation over that scatter that stands for none."""
@@ -89,5 +89,5 @@ def _likeliest(fitted: Fitted, name: str, scatter: dict[str, float], std: dict[s
         there = dataclasses.replace(problem, border=dataclasses.replace(border, own_precision=precision))
         return deviance(dataclasses.replace(fitted, problem=there), fitted.variances.force) + spread
 
-    found = minimize_scalar(cost, bounds=_LOGS, method="bounded", options={"xatol": 0.01})
+    found = minimize_scalar(cost, bounds=LOGS, method="bounded", options={"xatol": 0.01})
     return scatter[name] * float(np.exp(found.x)) if found.fun < cost(float(np.log(_NO_GAIN))) - 1e-6 else 0.0
