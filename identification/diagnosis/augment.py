@@ -29,7 +29,7 @@ _COARSE = 100
 
 
 def augmented(seen: Look, candidate: Candidate, weighed: Reestimated, *, progress: Progress = lambda line: None) -> Fitted:
-    """The model with a candidate in it, fitted to the end: no less likely than the model without, which it contains.
+    """The model with a candidate in it, fitted to the end, and anew where that is less likely than the model without, which it contains.
 
     Args:
         seen: look in which the candidate was found.

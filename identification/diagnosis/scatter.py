@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
 from identification.estimation.parameters import between_records, record_estimates
-from identification.estimation.varying import LOGS, with_variations
+from identification.estimation.varying import IDENTIFIED, LOGS, with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
 from identification.trajectory.fit import Fitted, Progress
@@ -23,8 +23,6 @@ from vibrojax.errors import NoConvergenceError
 
 _COLUMNS = 48
 """Values that are weighed together at first order, at most."""
-_IDENTIFIED = 1.0
-"""Standard error, in the coordinate of the fit over the parameter's scale, below which a record says something of a parameter."""
 
 
 def contradicted(fitted: Fitted) -> tuple[str, ...]:
@@ -58,7 +56,7 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     columns: list[tuple[str, int]] = []  # the deviation of a record from the one that says most of the parameter
     for name in names:
         error = errors[:, unknowns.index(name)]
-        others = [record for record in np.argsort(error)[1:] if error[record] < _IDENTIFIED]
+        others = [record for record in np.argsort(error)[1:] if error[record] < IDENTIFIED]
         if len(columns) + len(others) <= _COLUMNS:
             columns += [(name, int(record)) for record in others]
     if not columns:

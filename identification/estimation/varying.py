@@ -16,6 +16,8 @@ from identification.trajectory.start import Problem
 _SWEEPS = 4
 _STEADY = 0.05
 """Change of the logarithm of a standard deviation below which it has converged."""
+IDENTIFIED = 1.0
+"""Standard error of a parameter over its scale, in the coordinate of the fit, below which a record says something of it."""
 LOGS = (-7.0, 3.0)
 """Range of a standard deviation about the scatter of the records' own estimates, logarithms."""
 _NO_GAIN = 1e-3
@@ -68,7 +70,7 @@ def _scatter(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     found = {}
     for name in names:
         index = fitted.problem.unknowns.index(name)
-        known = sigma[:, index] < 1.0
+        known = sigma[:, index] < IDENTIFIED
         found[name] = float(np.std(shift[known, index])) * fitted.problem.border.shared_scale[index] if known.sum() > 1 else 0.0
     return found
 
