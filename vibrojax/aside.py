@@ -158,6 +158,15 @@ def _try_lock(lock: int) -> bool:
     return True
 
 
+def locked(path: Path, refusal: str) -> int:
+    """The open file that holds the lock of a folder as long as the process lives; `InputError` with a refusal where another run has it."""
+    lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    if not _try_lock(lock):
+        os.close(lock)
+        raise InputError(refusal)
+    return lock
+
+
 def _is_around_here(out: Path) -> bool:
     """Whether somebody works in the folder, who would be left in one that is gone."""
     try:

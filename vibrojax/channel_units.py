@@ -1,20 +1,5 @@
 """The channels that a recorder can have, and their units; free of physics, so that effects may import it."""
 
-CHANNELS = (
-    "hammer_displacement",
-    "cart_displacement",
-    "hammer_acceleration",
-    "cart_acceleration",
-    "impact_force",
-    "applied_force",
-    "relative_displacement",
-)
-"""What sensors on the rig read, in the order of the tables."""
-SUPPORT_CHANNELS = ("reaction_force",)
-"""What a gauge behind the suspension and the stop reads, as in a testing machine that prescribes the motion."""
-
-EVERY_CHANNEL = (*CHANNELS, *SUPPORT_CHANNELS)
-
 UNITS = {
     "hammer_displacement": "m",
     "cart_displacement": "m",
@@ -25,3 +10,7 @@ UNITS = {
     "relative_displacement": "m",
     "reaction_force": "N",
 }
+EVERY_CHANNEL = tuple(UNITS)
+"""In the order of the tables. The last is what a gauge behind the suspension and the stop reads, as in a testing machine."""
+CHANNELS = EVERY_CHANNEL[:-1]
+"""What sensors on the rig read."""

@@ -5,7 +5,6 @@ from jaxtyping import Array, Float
 
 from vibrojax.channel_units import CHANNELS as CHANNELS
 from vibrojax.channel_units import EVERY_CHANNEL as EVERY_CHANNEL
-from vibrojax.channel_units import SUPPORT_CHANNELS as SUPPORT_CHANNELS
 from vibrojax.channel_units import UNITS as UNITS
 from vibrojax.effects.filters import RecorderFilter
 from vibrojax.integrate import Trajectory

@@ -60,15 +60,12 @@ class Harmonic(AbstractBaseMotion):
     frequency_hz: Value
 
     def displacement(self, t: Scalars) -> Scalars:
-        """A0 sin, m."""
         return self.base_amplitude * smooth.sine(self._angle(t))
 
     def velocity(self, t: Scalars) -> Scalars:
-        """A0 Omega cos, m/s."""
         return self.base_amplitude * 2.0 * jnp.pi * self.frequency_hz * smooth.cosine(self._angle(t))
 
     def acceleration(self, t: Scalars) -> Scalars:
-        """-A0 Omega^2 sin, m/s^2."""
         return -((2.0 * jnp.pi * self.frequency_hz) ** 2) * self.displacement(t)
 
     def _angle(self, t: Scalars) -> Scalars:
@@ -123,15 +120,12 @@ class SampledMotion(AbstractBaseMotion):
     second_derivative: CubicSignal
 
     def displacement(self, t: Scalars) -> Scalars:
-        """Recorded y, m."""
         return self.position(t)
 
     def velocity(self, t: Scalars) -> Scalars:
-        """Derivative of the recorded y, m/s."""
         return self.position(t, 1)
 
     def acceleration(self, t: Scalars) -> Scalars:
-        """Recorded or derived y'', m/s^2."""
         return self.second_derivative(t)
 
 
@@ -141,7 +135,6 @@ class SampledForce(AbstractAppliedForce):
     signal: CubicSignal
 
     def force(self, t: Scalars) -> Scalars:
-        """Recorded force, N."""
         return self.signal(t)
 
 
@@ -149,7 +142,6 @@ class Unforced(AbstractAppliedForce):
     """Applied force zero."""
 
     def force(self, t: Scalars) -> Scalars:
-        """Zero, N."""
         return jnp.zeros_like(t)
 
 
@@ -174,7 +166,6 @@ class PiecewiseLinearForce(AbstractAppliedForce):
     beside: AbstractAppliedForce = Unforced()
 
     def force(self, t: Scalars) -> Scalars:
-        """Sum of both, N."""
         last = self.values.shape[-1] - 1
         place = jnp.clip((t - self.start) / self.spacing, 0.0, last)
         left = jnp.clip(jnp.floor(place).astype(int), 0, max(last - 1, 0))

@@ -16,8 +16,8 @@ class FigureStyle:
 
     Attributes:
         name: what `--style` says.
-        column_mm: width of a figure of one panel across, mm.
-        page_mm: width of a figure of two panels across, mm.
+        column: width of a figure of one panel across, inches.
+        page: width of a figure of two panels across, inches.
         text: size of letters, points; ticks and legends are one point smaller.
         strokes: width of lines and marks over that on the screen.
         tall: height over width, over that on the screen: large letters need more room between panels.
@@ -29,27 +29,17 @@ class FigureStyle:
     """
 
     name: str
-    column_mm: float
-    page_mm: float
+    column: float
+    page: float
     text: float
     strokes: float
     tall: float
     dpi: int
 
-    @property
-    def column(self) -> float:
-        """Width of one panel, inches."""
-        return self.column_mm / _MM
 
-    @property
-    def page(self) -> float:
-        """Width of two panels, inches."""
-        return self.page_mm / _MM
-
-
-SCREEN = FigureStyle(name="screen", column_mm=6.2 * _MM, page_mm=9.6 * _MM, text=9.0, strokes=1.0, tall=1.0, dpi=150)
-PAPER = FigureStyle(name="paper", column_mm=84.0, page_mm=174.0, text=7.0, strokes=0.8, tall=1.3, dpi=300)
-TALK = FigureStyle(name="talk", column_mm=160.0, page_mm=300.0, text=14.0, strokes=2.0, tall=1.3, dpi=150)
+SCREEN = FigureStyle(name="screen", column=6.2, page=9.6, text=9.0, strokes=1.0, tall=1.0, dpi=150)
+PAPER = FigureStyle(name="paper", column=84.0 / _MM, page=174.0 / _MM, text=7.0, strokes=0.8, tall=1.3, dpi=300)
+TALK = FigureStyle(name="talk", column=160.0 / _MM, page=300.0 / _MM, text=14.0, strokes=2.0, tall=1.3, dpi=150)
 FIGURE_STYLES: dict[str, FigureStyle] = {style.name: style for style in (SCREEN, PAPER, TALK)}
 """By name; the first is taken where none is chosen."""
 

@@ -284,6 +284,3 @@ def _written(model: Model, plate: Plate, study: Future | None, folder: Path, loo
     where: Any = dict(tail=plate.stem.removeprefix("branch"), at=settings["at"], start=settings["start"])
     (branch,) = follow_and_write(rig, "frequency", plate.axes["frequency"], folder, look=look, **where)
     return branch_finding(branch)
-
-
-__all__ = ["Plate", "make_gallery", "model_plates", "preset_plates"]

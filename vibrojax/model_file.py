@@ -19,7 +19,6 @@ from vibrojax.effects.free_form import COORDINATES, MOST_KNOTS, FreeForm, TonalF
 from vibrojax.errors import InputError, shown
 from vibrojax.json_file import Table, read_json
 from vibrojax.model import MASS, Load, Model
-from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
 
 SCHEMA = 1
@@ -179,7 +178,9 @@ def _effect(table: Table) -> AbstractEffect:
     places = _places(kind)
     table.allow(["name", *(key for _, key in places), *(p.name for p in kind.parameters)])
     named = {field: table.choice(key, EVERY_CHANNEL) if key == "channel" else table.text(key) for field, key in places}
-    return kind(**named, **{p.field: table.number(p.name, zero=_may_vanish(p), negative=p.lower < 0) for p in kind.parameters})
+    # Strengths and damping may be zero; a frequency, a length or a stiffness by which an effect divides may not.
+    zero = {p.name: p.lower <= 0 or "damping" in p.meaning for p in kind.parameters}
+    return kind(**named, **{p.field: table.number(p.name, zero=zero[p.name], negative=p.lower < 0) for p in kind.parameters})
 
 
 def _formula(table: Table) -> Formula:
@@ -211,11 +212,6 @@ def _places(effect: type[AbstractEffect]) -> list[tuple[str, str]]:
     """Those of `_RECORD` and `_CHANNEL` that the effect has."""
     fields = [one.name for one in dataclasses.fields(effect)]
     return [(field, key) for field, key in (_RECORD, _CHANNEL) if field in fields]
-
-
-def _may_vanish(parameter: Parameter) -> bool:
-    """Strengths and damping may be zero; a frequency, a length or a stiffness by which an effect divides may not."""
-    return parameter.lower <= 0 or "damping" in parameter.meaning
 
 
 def _lengths(suspension: Any) -> dict[str, str]:

@@ -60,7 +60,6 @@ class Linear(AbstractSuspension):
     natural_frequency_hz: Value = NATURAL_FREQUENCY.as_field()
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
-        """Relative acceleration, m/s^2."""
         omega_n = 2.0 * jnp.pi * self.natural_frequency_hz
         return drive - 2.0 * self.damping_ratio * omega_n * v - omega_n**2 * u
 
@@ -95,7 +94,6 @@ class Pendulum(AbstractSuspension):
     length: float = eqx.field(static=True)  # type: ignore[misc]  # a declared parameter looks like a default, and is none
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
-        """Relative horizontal acceleration, m/s^2."""
         omega_n = 2.0 * jnp.pi * self.natural_frequency_hz
         sine = u / self.length
         cosine_squared = jnp.maximum(1.0 - sine**2, 1e-6)
@@ -132,7 +130,6 @@ class Pivot(AbstractSuspension):
     length: float = eqx.field(static=True)  # type: ignore[misc]  # a declared parameter looks like a default, and is none
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
-        """Acceleration along the arc, m/s^2."""
         omega_n = 2.0 * jnp.pi * self.natural_frequency_hz
         return drive - 2.0 * self.damping_ratio * omega_n * v - omega_n**2 * self.length * jnp.sin(u / self.length)
 
@@ -151,7 +148,6 @@ class Free(AbstractSuspension):
     name: ClassVar[str] = "free"
 
     def acceleration(self, u: Scalars, v: Scalars, drive: Scalars) -> Scalars:
-        """Relative acceleration, m/s^2."""
         return drive
 
 

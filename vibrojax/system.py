@@ -6,10 +6,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, smoothed_force
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 from vibrojax.effects.base import AbstractEffect, Motion
 from vibrojax.excitation import AbstractAppliedForce, AbstractBaseMotion
-from vibrojax.shapes import Number, Scalars, Value
+from vibrojax.shapes import Scalars, Value
 from vibrojax.suspension import AbstractSuspension
 
 Own = Float[Array, "... own"]
@@ -111,23 +111,6 @@ class System(eqx.Module):
         rates = [effect.rates(motion, part, push, absolute) for effect, part in self.each(own) if effect.own_states]
         in_front = jnp.where(near.side > 0, push, jnp.zeros_like(push))
         return Forces(acceleration, absolute, in_front, jnp.concatenate(rates, axis=-1) if rates else own)
-
-    def relative_acceleration(self, t: Scalars, u: Scalars, v: Scalars, contact_force: Scalars) -> Scalars:
-        """u'', m/s^2, under a given push of the stop, N; of a system without effects."""
-        drive = (self.applied.force(t) + self.load - contact_force) / self.mass - self.base.acceleration(t)
-        return self.suspension.acceleration(u, v, drive)
-
-    def contact_force(self, u: Scalars, v: Scalars, approach_speed: Scalars) -> Scalars:
-        """Force of the stop while in contact, N; indentation is cut at zero, a rigid stop gives none."""
-        if not isinstance(self.law, AbstractCompliantLaw):
-            return jnp.zeros_like(u)
-        return self.law.force(jnp.maximum(self.indentation(u), 0.0), v, approach_speed)
-
-    def smoothed_contact_force(self, u: Scalars, v: Scalars, approach_speed: Scalars, smoothing: Number) -> Scalars:
-        """Force of the stop with the contact switch spread over `smoothing`, m, in and out of contact, N."""
-        if not isinstance(self.law, AbstractCompliantLaw):
-            raise TypeError(f"a rigid stop ({self.law.name}) has no force to smooth: integrate it with the landing or switch integrator")
-        return smoothed_force(self.law, self.indentation(u), v, approach_speed, smoothing)
 
 
 def _motion(t: Scalars, u: Scalars, v: Scalars, near: Approach, in_contact: Bool[Array, "..."]) -> Motion:

@@ -54,13 +54,11 @@ def _paragraphs(effect: type[AbstractEffect]) -> list[str]:
 
 
 def _about(effect: type[AbstractEffect]) -> str:
-    """The remarks between the first sentence of the docstring and its list of arguments; the equation has its own place."""
-    before = _paragraphs(effect)
-    end = next(i for i, part in enumerate(before) if part.startswith("Arguments:"))
-    rest = (f"{part} ".removeprefix(f"{effect.equation}. ").strip() for part in before[1:end])
+    """The remarks between the first sentence of the docstring and its source; the equation has its own place."""
+    rest = (f"{part} ".removeprefix(f"{effect.equation}. ").strip() for part in _paragraphs(effect)[1:] if not part.startswith("Source: "))
     return "\n\n".join(part for part in rest if part)
 
 
 def _source(effect: type[AbstractEffect]) -> str:
-    found = [part.removeprefix("Source: ") for part in _paragraphs(effect) if part.startswith("Source: ")]
-    return found[0][0].upper() + found[0][1:] if found else f"{effect.source}."
+    found = next(part.removeprefix("Source: ") for part in _paragraphs(effect) if part.startswith("Source: "))
+    return found[0].upper() + found[1:]

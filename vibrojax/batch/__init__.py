@@ -1,32 +1,22 @@
 """Thousands of operating points at once."""
 
-from vibrojax.batch.base import AbstractEngine, Cycles, Lanes, LaneState
-from vibrojax.batch.exact_flight import ExactFlight
-from vibrojax.batch.orbits import Orbits, find_orbits
-from vibrojax.batch.points import SETTINGS, Points, Responses, grid
-from vibrojax.batch.run import Batch, Span, Strobes, engine_for, integrate, packed, unpacked
-from vibrojax.batch.sampled import Sampled
-from vibrojax.batch.stepping import Stepping
-
-__all__ = [
-    "SETTINGS",
-    "AbstractEngine",
-    "Batch",
-    "Cycles",
-    "ExactFlight",
-    "LaneState",
-    "Lanes",
-    "Orbits",
-    "Points",
-    "Responses",
-    "Sampled",
-    "Span",
-    "Stepping",
-    "Strobes",
-    "engine_for",
-    "find_orbits",
-    "grid",
-    "integrate",
-    "packed",
-    "unpacked",
-]
+from vibrojax.batch.base import AbstractEngine as AbstractEngine
+from vibrojax.batch.base import Cycles as Cycles
+from vibrojax.batch.base import Lanes as Lanes
+from vibrojax.batch.base import LaneState as LaneState
+from vibrojax.batch.exact_flight import ExactFlight as ExactFlight
+from vibrojax.batch.orbits import Orbits as Orbits
+from vibrojax.batch.orbits import find_orbits as find_orbits
+from vibrojax.batch.points import SETTINGS as SETTINGS
+from vibrojax.batch.points import Points as Points
+from vibrojax.batch.points import Responses as Responses
+from vibrojax.batch.points import grid as grid
+from vibrojax.batch.run import Batch as Batch
+from vibrojax.batch.run import Span as Span
+from vibrojax.batch.run import Strobes as Strobes
+from vibrojax.batch.run import engine_for as engine_for
+from vibrojax.batch.run import integrate as integrate
+from vibrojax.batch.run import packed as packed
+from vibrojax.batch.run import unpacked as unpacked
+from vibrojax.batch.sampled import Sampled as Sampled
+from vibrojax.batch.stepping import Stepping as Stepping

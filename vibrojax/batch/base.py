@@ -65,8 +65,6 @@ class Cycles(NamedTuple):
     """Largest displacement in the recorded cycles, m; see `Responses.u_max`."""
     result: Int[Array, " lanes"]
     """A code of `vibrojax.integrate.base`: `SUCCESS`, or why the lane stopped short."""
-    steps: Int[Array, ""]
-    """Steps that the lanes took side by side."""
 
 
 TABLES = ("u", "v", "impacts", "peak_force", "impact_speed")

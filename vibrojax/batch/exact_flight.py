@@ -58,7 +58,6 @@ class _Carry(NamedTuple):
     sections: _Sections
     impacts: _Impacts
     u_max: _Lanes
-    steps: Int[Array, ""]
     result: Int[Array, " lanes"]
 
 
@@ -88,7 +87,6 @@ class ExactFlight(AbstractEngine):
     most_steps: int = eqx.field(static=True, default=20_000)
 
     def unfit(self, lanes: Lanes) -> str | None:
-        """Why it cannot integrate these rigs; None where it can."""
         system = lanes.systems
         if system.effects:
             return f"effects ({', '.join(effect.name for effect in system.effects)})"
@@ -103,7 +101,6 @@ class ExactFlight(AbstractEngine):
         return None
 
     def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
-        """See `AbstractEngine`."""
         system, flow = lanes.systems, flow_of(lanes.systems)
         law = system.law
         if not isinstance(law, AbstractCompliantLaw | AbstractInstantaneousLaw):
@@ -146,7 +143,7 @@ class ExactFlight(AbstractEngine):
             return flight, there, turns, u_max, count + 1, moves & ~at_stop(flow, there) & (turns < room)
 
         start = (carry.flight, point(flow, carry.flight), jnp.zeros_like(carry.v), carry.u_max, jnp.asarray(0), flies)
-        flight, here, turns, u_max, count, moves = lax.while_loop(unfinished, onward, start)
+        flight, here, turns, u_max, _, moves = lax.while_loop(unfinished, onward, start)
         sections, strobe = _passed(flow, carry, flies & ~moves, jnp.minimum(turns, room).astype(int))
         beyond = flies & (turns >= room)
         touches = flies & ~moves & ~beyond
@@ -160,7 +157,6 @@ class ExactFlight(AbstractEngine):
             in_contact=carry.in_contact | touches,
             sections=sections,
             u_max=jnp.where(sections.cycle >= 0, u_max, carry.u_max),
-            steps=carry.steps + count,
             result=jnp.where(moves, STEP_LIMIT, carry.result),
         )
 
@@ -183,7 +179,7 @@ class ExactFlight(AbstractEngine):
 
         nobody = jnp.zeros_like(entering)
         start = (_enter(flow, carry), nobody, nobody, jnp.asarray(0), entering)
-        contact, left, strobed, count, moves = lax.while_loop(unfinished, onward, start)
+        contact, left, strobed, _, moves = lax.while_loop(unfinished, onward, start)
         peak = jnp.where(entering, peak_so_far(flow, touch, contact), 0.0)
         inside = carry.in_contact & ~left
         return carry._replace(
@@ -194,7 +190,6 @@ class ExactFlight(AbstractEngine):
             sections=_with_strobe(carry.sections, strobed, contact.u, contact.v),
             impacts=_with_impact(carry.impacts, carry.sections.cycle, entering & afresh, entering, carry.approach_speed, peak),
             u_max=jnp.where(entering & (carry.sections.cycle >= 0), contact.u_max, carry.u_max),
-            steps=carry.steps + count,
             result=jnp.where(moves, STEP_LIMIT, carry.result),
         )
 
@@ -213,7 +208,6 @@ def _start(flow: Flow, state: LaneState, cycles: Count, recorded: int) -> _Carry
         sections=_Sections(first, nothing, nothing),
         impacts=_Impacts(jnp.zeros(nothing.shape, int), nothing, nothing),
         u_max=jnp.full_like(state.u, -jnp.inf),
-        steps=jnp.asarray(0),
         result=jnp.where(finite, SUCCESS, NOT_FINITE),
     )
 
@@ -298,7 +292,7 @@ def _finish(state: LaneState, end: _Carry, cycles: Count, recorded: int) -> tupl
     after = LaneState(
         u, v, end.in_contact, end.approach_speed, end.since_touch, state.cycle + sections.cycle + (cycles - recorded), state.own
     )
-    return after, Cycles(sections.u, sections.v, impacts.count, impacts.peak, impacts.speed, end.u_max, result, end.steps)
+    return after, Cycles(sections.u, sections.v, impacts.count, impacts.peak, impacts.speed, end.u_max, result)
 
 
 def _where(condition: Bool[Array, " lanes"], yes, no):

@@ -42,7 +42,7 @@ def in_one_kernel(
     lanes, dtype = rigs.shape[1], rigs.dtype
     rows = pl.next_power_of_2(recorded)  # as the engine's tables have, since shapes in a kernel are powers of two
 
-    def block(rigs_ref, state_ref, after_ref, u, v, impacts, peak_force, impact_speed, u_max, result, steps):
+    def block(rigs_ref, state_ref, after_ref, u, v, impacts, peak_force, impact_speed, u_max, result):
         given = [state_ref[row, :] for row in range(state.shape[0])]
         nothing = jnp.zeros((BLOCK, 0), dtype)
         before = LaneState(given[0], given[1], given[2] > 0.5, given[3], given[4], (given[5] + 0.5).astype(int), nothing)
@@ -54,7 +54,6 @@ def in_one_kernel(
         for into, name in zip((u, v, impacts, peak_force, impact_speed), TABLES, strict=True):
             into[...] = getattr(what, name)
         u_max[...], result[...] = what.u_max, what.result
-        steps[...] = jnp.full((BLOCK,), what.steps)
 
     def laid_out(*shape: int, kind: Any = dtype) -> tuple[jax.ShapeDtypeStruct, pl.BlockSpec]:
         at = (lambda number: (0, number)) if len(shape) == 2 else (lambda number: (number,))
@@ -63,7 +62,7 @@ def in_one_kernel(
     count = jnp.asarray(0).dtype
     table, row = (rows, lanes), (lanes,)
     shapes = [laid_out(6, lanes), *(laid_out(*table, kind=kind) for kind in (dtype, dtype, count, dtype, dtype))]
-    shapes += [laid_out(*row), laid_out(*row, kind=count), laid_out(*row, kind=count)]
+    shapes += [laid_out(*row), laid_out(*row, kind=count)]
     call = pl.pallas_call(
         block,
         grid=(lanes // BLOCK,),
@@ -73,8 +72,8 @@ def in_one_kernel(
         interpret=interpret,
         **({} if interpret else {"compiler_params": _as_triton()}),
     )
-    after, u, v, impacts, peak_force, impact_speed, u_max, result, steps = call(rigs, state)
-    return after, Cycles(u, v, impacts, peak_force, impact_speed, u_max, result, jnp.max(steps))
+    after, *what = call(rigs, state)
+    return after, Cycles(*what)
 
 
 def _as_triton() -> Any:

@@ -10,7 +10,7 @@ from jaxtyping import Array
 
 from vibrojax.batch.base import AbstractEngine, Count, Cycles, Lanes, LaneState, numbered
 from vibrojax.contact import AbstractInstantaneousLaw
-from vibrojax.integrate.base import AbstractIntegrator, without_effects
+from vibrojax.integrate.base import AbstractIntegrator
 from vibrojax.integrate.smoothed import Smoothed
 from vibrojax.system import System
 
@@ -34,17 +34,13 @@ class Sampled(AbstractEngine):
     samples: int = eqx.field(static=True, default=1000)
 
     def unfit(self, lanes: Lanes) -> str | None:
-        """Why it cannot integrate these rigs; None where it can."""
-        try:
-            without_effects(lanes.systems, self.name)
-        except TypeError:
+        if lanes.systems.effects:
             return f"effects ({', '.join(effect.name for effect in lanes.systems.effects)})"
         if isinstance(lanes.systems.law, AbstractInstantaneousLaw):
             return "a rigid stop, whose touches lie between samples"
         return None
 
     def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
-        """See `AbstractEngine`."""
 
         def one_lane(system: System, frequency_hz: Array, cycle: Array, numbers: Array, u: Array, v: Array):
             def one_cycle(carry, number):
@@ -55,7 +51,7 @@ class Sampled(AbstractEngine):
                 touch = inside[1:] & ~inside[:-1]
                 speed = jnp.max(jnp.where(touch, path.v[:-1], 0.0))
                 after = tuple(jnp.where(number < 0, before, ys[-1]) for before, ys in zip(carry, (path.u, path.v), strict=True))
-                return after, (*after, jnp.sum(touch), jnp.max(push), speed, jnp.max(path.u), path.result, path.steps)
+                return after, (*after, jnp.sum(touch), jnp.max(push), speed, jnp.max(path.u), path.result)
 
             _, found = lax.scan(one_cycle, (u, v), numbers)
             return found
@@ -65,9 +61,9 @@ class Sampled(AbstractEngine):
         found = jax.vmap(one_lane, in_axes=(0, 0, 0, 1, 0, 0), out_axes=-1)(
             lanes.systems, lanes.frequency_hz, cycle, numbers, state.u, state.v
         )
-        u, v, impacts, peak, speed, u_max, result, steps = found
+        u, v, impacts, peak, speed, u_max, result = found
         worst, most = jnp.max(result, axis=0), jnp.max(u_max[-recorded:], axis=0)
         kept = [part[-recorded:] for part in (u, v, impacts, peak, speed)]
-        what = Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], most, worst, jnp.sum(steps))
+        what = Cycles(*kept, most, worst)
         touching = lanes.systems.indentation(u[-1]) > 0
         return state._replace(u=u[-1], v=v[-1], in_contact=touching, cycle=state.cycle + cycles), what

@@ -55,7 +55,6 @@ class Stepping(AbstractEngine):
         return None
 
     def advance(self, lanes: Lanes, state: LaneState, cycles: Count, recorded: int) -> tuple[LaneState, Cycles]:
-        """See `AbstractEngine`."""
         system = lanes.systems
         period = 1.0 / lanes.frequency_hz
         begin = state.cycle.astype(state.u.dtype) * period
@@ -66,24 +65,24 @@ class Stepping(AbstractEngine):
 
         def one_cycle(motion: LandingState, number: Int[Array, " lanes"]):
             target = (state.cycle + jnp.maximum(number + 1, 0)).astype(period.dtype) * period
-            motion, cycle, steps, late = self._to_strobe(system, period, target, motion)
-            return motion, (motion.u, motion.v, cycle, steps, late)
+            motion, cycle, late = self._to_strobe(system, period, target, motion)
+            return motion, (motion.u, motion.v, cycle, late)
 
         numbers = numbered(cycles, recorded, period.shape[0])
-        motion, (u, v, cycle, steps, late) = lax.scan(one_cycle, motion, numbers)
+        motion, (u, v, cycle, late) = lax.scan(one_cycle, motion, numbers)
         finite = jnp.isfinite(motion.u) & jnp.isfinite(motion.v)
         result = jnp.where(finite, jnp.where(jnp.any(late, axis=0), STEP_LIMIT, SUCCESS), NOT_FINITE)
         nothing = jnp.zeros_like(motion.u)
         after = LaneState(motion.u, motion.v, motion.in_contact, motion.approach_speed, nothing, state.cycle + cycles, motion.own)
         kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
-        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max[-recorded:], axis=0), result, jnp.sum(steps))
+        return after, Cycles(*kept, jnp.max(cycle.u_max[-recorded:], axis=0), result)
 
     def _landing(self, effects: Iterable[AbstractEffect], period: Float[Array, ""]) -> Landing:
         """The stepper of one lane."""
         return Landing(contact_steps=self.contact_steps, flight_step=flight_step(effects, 1.0 / period, a_period=self.flight_steps))
 
     def _to_strobe(self, systems: System, periods: _Lanes, targets: _Lanes, motion: LandingState):
-        """All lanes to their next strobe: the motion there, what the cycle brought, steps, and which lanes did not get there."""
+        """All lanes to their next strobe: the motion there, what the cycle brought, and which lanes did not get there."""
 
         def step(system: System, period: Array, target: Array, before: LandingState, cycle: _Cycle):
             after = self._landing(system.effects, period).step(system, target, before)
@@ -101,8 +100,8 @@ class Stepping(AbstractEngine):
 
         at_strobe = jax.vmap(push_of)(systems, motion)
         cycle = _Cycle(jnp.zeros(motion.u.shape, int), at_strobe.force, jnp.zeros_like(motion.u), motion.u, at_strobe)
-        motion, cycle, steps = lax.while_loop(unfinished, onward, (motion, cycle, jnp.asarray(0)))
-        return motion, cycle, steps, _open(motion, targets)
+        motion, cycle, _ = lax.while_loop(unfinished, onward, (motion, cycle, jnp.asarray(0)))
+        return motion, cycle, _open(motion, targets)
 
 
 def _open(motion: LandingState, targets: _Lanes) -> Bool[Array, " lanes"]:

@@ -1,6 +1,5 @@
 """`fit-parameters --batch`: every experiment below a folder, one after the other or in several processes, resumed where it was ended."""
 
-import fcntl
 import multiprocessing
 import os
 import signal
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rich.console import Console
 
 from vibrojax import __version__
-from vibrojax.aside import of_earlier_set
+from vibrojax.aside import locked, of_earlier_set
 from vibrojax.cli.environment import prepare_jax
 from vibrojax.cli.interrupt import STATUS
 from vibrojax.cli.output import explained, output_file, output_folder
@@ -181,14 +180,7 @@ def _end_with_parent() -> None:
 def _held(out: Path) -> Iterator[None]:
     """The folder of results, made where there is none, for this process alone."""
     out.mkdir(parents=True, exist_ok=True)
-    lock = os.open(out, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        os.close(lock)
-        raise InputError(
-            f"{out} is in use by another batch: expected one at a time; wait for it, or name another folder with --out"
-        ) from error
+    lock = locked(out, f"{out} is in use by another batch: expected one at a time; wait for it, or name another folder with --out")
     try:
         yield
     finally:

@@ -11,6 +11,7 @@ import abc
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jax import lax
 from jaxtyping import Array, Float
@@ -85,6 +86,14 @@ def smoothed_force(law: AbstractCompliantLaw, indentation: Scalars, rate: Scalar
     The force itself is wrong for |delta| < eps/2, by at most something of order eps^n (n = 0 for a force that jumps at touch).
     """
     return smooth.step(indentation, smoothing) * law.force(smooth.ramp(indentation, smoothing), rate, approach_speed)
+
+
+def uses_approach_speed(law: AbstractCompliantLaw) -> bool:
+    """Whether the force of a law depends on the speed of the touch, read off the traced computation."""
+    scalar = jnp.asarray(0.0)
+    traced = jax.make_jaxpr(lambda speed: law.force(scalar, scalar, speed))(scalar)
+    speed = traced.jaxpr.invars[0]
+    return any(used is speed for equation in traced.jaxpr.eqns for used in equation.invars)
 
 
 def power_law_contact_time(stiffness: Number, exponent: Number, mass: Scalars, approach_speed: Scalars) -> Scalars:

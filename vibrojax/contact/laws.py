@@ -66,7 +66,6 @@ class Hertz(AbstractPowerLaw):
     impact_exponent: Value = IMPACT_EXPONENT.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i delta^n, N."""
         return self.elastic_force(indentation)
 
 
@@ -102,7 +101,6 @@ class HuntCrossley(AbstractPowerLaw):
     impact_damping: Value = IMPACT_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i delta^n max(1 + lambda_i delta', 0), N."""
         elastic = self.elastic_force(indentation)
         return elastic * jnp.maximum(1.0 + self.impact_damping * rate, 0.0)
 
@@ -147,7 +145,6 @@ class HuntCrossleySeparate(AbstractPowerLaw):
     )
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i max(delta^n + lambda_i delta^n2 delta', 0), N."""
         damping = self.impact_damping * smooth.power(indentation, self.damping_exponent) * rate
         return self.impact_stiffness * jnp.maximum(smooth.power(indentation, self.impact_exponent) + damping, 0.0)
 
@@ -188,7 +185,6 @@ class LankaraniNikravesh(AbstractPowerLaw):
     restitution: Value = RESTITUTION.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i delta^n max(1 + 3 (1 - e^2) / 4 delta' / v0, 0), N."""
         elastic = self.elastic_force(indentation)
         loss = 0.75 * (1.0 - self.restitution**2)
         return elastic * jnp.maximum(1.0 + loss * _relative_rate(rate, approach_speed), 0.0)
@@ -226,7 +222,6 @@ class Flores(AbstractPowerLaw):
     restitution: Value = RESTITUTION.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i delta^n max(1 + 8 (1 - e) / (5 e) delta' / v0, 0), N."""
         elastic = self.elastic_force(indentation)
         loss = 1.6 * (1.0 - self.restitution) / self.restitution
         return elastic * jnp.maximum(1.0 + loss * _relative_rate(rate, approach_speed), 0.0)
@@ -271,7 +266,6 @@ class KelvinVoigt(AbstractLinearLaw):
     impact_damping: Value = LINEAR_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i (delta + lambda_i delta'), N, of either sign."""
         return self.impact_stiffness * (indentation + self.impact_damping * rate)
 
 
@@ -305,7 +299,6 @@ class KelvinVoigtClipped(AbstractLinearLaw):
     impact_damping: Value = LINEAR_DAMPING.as_field()
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """F = k_i max(delta + lambda_i delta', 0), N."""
         return self.impact_stiffness * jnp.maximum(indentation + self.impact_damping * rate, 0.0)
 
 
@@ -332,7 +325,6 @@ class Newton(AbstractInstantaneousLaw):
     restitution: Value = RESTITUTION.as_field()
 
     def rebound_speed(self, approach_speed: Scalars) -> Scalars:
-        """|v+| = e v-, m/s."""
         return self.restitution * approach_speed
 
 
@@ -352,7 +344,6 @@ class NoContact(AbstractCompliantLaw):
     title: ClassVar[str] = "no contact"
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """Zero, N."""
         return jnp.zeros_like(indentation)
 
     def contact_time(self, mass: Scalars, approach_speed: Scalars) -> Scalars:

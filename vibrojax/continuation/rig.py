@@ -95,10 +95,6 @@ class ForcedRig(eqx.Module):
         gap = jnp.asarray(NOWHERE) if isinstance(self.model.law, NoContact) else self.gap
         return self.model.system(gap=gap, base=base, applied=Unforced())
 
-    def period(self, cycles: Int[Array, ""]) -> Float[Array, ""]:
-        """Duration of so many cycles of the cart, s."""
-        return jnp.asarray(cycles, dtype=float) / self.frequency_hz
-
     def _parameter(self, name: str) -> Parameter:
         self._check(name)
         return next(p for p in self.model.parameters if p.name == name)
@@ -140,7 +136,7 @@ def check_settings(rig: ForcedRig) -> None:
 def _repeats(rig: ForcedRig, effect: AbstractEffect) -> bool:
     """Whether all that acts is the same one cycle later, with this effect alone."""
     rig = as_arrays(dataclasses.replace(rig, model=dataclasses.replace(rig.model, effects=(effect,))))
-    system, period = rig.system(), rig.period(jnp.asarray(1))
+    system, period = rig.system(), 1.0 / rig.frequency_hz
     phases = jnp.arange(_PHASES) / _PHASES
     scale = rig.base_amplitude * jnp.ones(_PHASES)
     own = jnp.zeros((_PHASES, rig.size - 2))
@@ -199,7 +195,7 @@ def strobe(
 
     Source: the loop is that of `Landing`, without its history.
     """
-    system, t_end = rig.system(), rig.period(cycles)
+    system, t_end = rig.system(), jnp.asarray(cycles, dtype=float) / rig.frequency_hz
     system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=state.dtype), system)
     lane = jax.tree.map(lambda leaf: leaf[None], system)
     start: LandingState = jax.tree.map(lambda leaf: leaf[0], landing.start(lane, jnp.zeros((1, 1)), state[None]))

@@ -2,7 +2,7 @@
 
 The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and its `probe` (how it is
+To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation` and its `probe` (how it is
 searched for: `vibrojax.effects.probe`), declares its parameters as fields, and implements those of the hooks `force`, `stop_position`,
 `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it
 acts (by default each does nothing), and `scaled` where it is not in proportion to its strengths; then import it in
@@ -81,7 +81,6 @@ class AbstractEffect(eqx.Module):
     """What it is, as the subject of a sentence: "dry friction in the suspension"."""
     equation: eqx.AbstractClassVar[str]
     """For tables and reports."""
-    source: eqx.AbstractClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
     """Those that the fields declare (`vibrojax.parameters.parameter`), in their order."""
     probe: eqx.AbstractClassVar[Probe]
@@ -194,11 +193,9 @@ class AbstractChannelFault(AbstractEffect):
 
     @property
     def channel(self) -> str | None:
-        """The one that is wrong."""
         return self.of_channel or None
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        """All channels, with the fault in its own."""
         if self.of_channel not in readings:
             return readings
         return readings | {self.of_channel: self.reading(readings[self.of_channel], motion, own)}

@@ -30,15 +30,12 @@ class DriftingMotion(AbstractBaseMotion):
     rate: Value
 
     def displacement(self, t: Scalars) -> Scalars:
-        """At the time that the drive has reached, m."""
         return self.motion.displacement(self._reached(t))
 
     def velocity(self, t: Scalars) -> Scalars:
-        """By the chain rule, m/s."""
         return self.motion.velocity(self._reached(t)) * (1.0 + self.rate * t)
 
     def acceleration(self, t: Scalars) -> Scalars:
-        """By the chain rule, m/s^2."""
         reached = self._reached(t)
         return self.motion.acceleration(reached) * (1.0 + self.rate * t) ** 2 + self.motion.velocity(reached) * self.rate
 
@@ -58,22 +55,17 @@ class FrequencyDrift(AbstractEffect):
 
     y = A0 sin(Omega (t + rate t^2 / 2) + base_phase): the frequency is f (1 + rate t). A cart whose motion was measured stays as it is.
 
-    Arguments:
-        drift_rate: 1/s.
-
     Source: a linear sweep; D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3.
     """
 
     name: ClassVar[str] = "frequency_drift"
     summary: ClassVar[str] = "a drive whose frequency drifts during a record"
     equation: ClassVar[str] = "f(t) = f (1 + r t)"
-    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(_frequency_drifts, either_sign=True)
 
     drift_rate: Value = parameter("r", "1/s", start=1e-3, lower=-np.inf, scale=1e-3, meaning="relative change of the frequency per second")
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
-        """The cart with the drifting drive."""
         return base if isinstance(base, SampledMotion) else DriftingMotion(motion=base, rate=self.drift_rate)
 
 
@@ -97,20 +89,17 @@ class ImpureHarmonic(AbstractBaseMotion):
     third: tuple[Value, Value]
 
     def displacement(self, t: Scalars) -> Scalars:
-        """Sum of the lines, m."""
         (s1, s2, s3), (_, c2, c3) = self._lines(t)
         (a2, b2), (a3, b3) = self.second, self.third
         return self.sine.base_amplitude * (s1 + a2 * s2 + b2 * c2 + a3 * s3 + b3 * c3)
 
     def velocity(self, t: Scalars) -> Scalars:
-        """First derivative, m/s."""
         (_, s2, s3), (c1, c2, c3) = self._lines(t)
         (a2, b2), (a3, b3) = self.second, self.third
         slope = c1 + 2.0 * (a2 * c2 - b2 * s2) + 3.0 * (a3 * c3 - b3 * s3)
         return self.sine.base_amplitude * 2.0 * jnp.pi * self.sine.frequency_hz * slope
 
     def acceleration(self, t: Scalars) -> Scalars:
-        """Second derivative, m/s^2."""
         (s1, s2, s3), (_, c2, c3) = self._lines(t)
         (a2, b2), (a3, b3) = self.second, self.third
         bend = s1 + 4.0 * (a2 * s2 + b2 * c2) + 9.0 * (a3 * s3 + b3 * c3)
@@ -133,19 +122,12 @@ class BaseHarmonics(AbstractEffect):
     y = A0 [sin a + s_2 sin 2a + c_2 cos 2a + s_3 sin 3a + c_3 cos 3a],  a = Omega t + base_phase. A cart whose motion was measured stays
     as it is. Differentiable everywhere.
 
-    Arguments:
-        second_sine: s_2, 1.
-        second_cosine: c_2, 1.
-        third_sine: s_3, 1.
-        third_cosine: c_3, 1.
-
     Source: J. Fourier, Theorie analytique de la chaleur (1822).
     """
 
     name: ClassVar[str] = "base_harmonics"
     summary: ClassVar[str] = "a motion of the cart that is not a pure sine"
     equation: ClassVar[str] = "y = A0 [sin a + s_2 sin 2a + c_2 cos 2a + s_3 sin 3a + c_3 cos 3a],  a = Omega t + phase"
-    source: ClassVar[str] = "Fourier 1822"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [BaseHarmonics(_HARMONIC, _HARMONIC, _HARMONIC, _HARMONIC)] if scales.omega_exc else [],
         parts=("second_sine", "second_cosine", "third_sine", "third_cosine"),
@@ -159,7 +141,6 @@ class BaseHarmonics(AbstractEffect):
     third_cosine: Value = _coefficient("c_3", "third harmonic, cosine")
 
     def base(self, base: AbstractBaseMotion) -> AbstractBaseMotion:
-        """The sine with its harmonics."""
         if isinstance(base, DriftingMotion):
             return dataclasses.replace(base, motion=self.base(base.motion))
         if not isinstance(base, Harmonic):
@@ -194,18 +175,12 @@ class CartRecoil(AbstractEffect):
 
     Only the impacts move it, the suspension's forces do not. Differentiable everywhere.
 
-    Arguments:
-        cart_mass: M_c > 0, kg.
-        cart_frequency_hz: f_c > 0, Hz.
-        cart_damping_ratio: zeta_c > 0, 1.
-
     Source: J. P. Den Hartog, Mechanical Vibrations (1934), chapter 2, a mass on a spring.
     """
 
     name: ClassVar[str] = "cart_recoil"
     summary: ClassVar[str] = "a cart that recoils under the impacts"
     equation: ClassVar[str] = "M_c r'' = F - k_c r - c_c r',  y -> y + r"
-    source: ClassVar[str] = "Den Hartog 1934"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="recoil", unit="m", scale=1e-3),
         OwnState(name="recoil_velocity", unit="m/s", scale=0.05),
@@ -223,19 +198,15 @@ class CartRecoil(AbstractEffect):
 
     @property
     def fastest_hz(self) -> Value:
-        """Of the cart, Hz."""
         return self.cart_frequency_hz
 
     def base_displacement(self, own: Own) -> Scalars:
-        """r, m."""
         return own[..., 0]
 
     def base_acceleration(self, own: Own, push: Scalars) -> Scalars:
-        """r'', m/s^2."""
         r, v = own[..., 0], own[..., 1]
         omega = 2.0 * jnp.pi * self.cart_frequency_hz
         return push / self.cart_mass - omega**2 * r - 2.0 * self.cart_damping_ratio * omega * v
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """r' and r''."""
         return jnp.stack([own[..., 1], self.base_acceleration(own, push)], axis=-1)

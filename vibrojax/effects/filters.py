@@ -18,7 +18,7 @@ from scipy.signal import buttap, lp2hp_zpk, lp2lp_zpk
 from vibrojax.channel_units import EVERY_CHANNEL, UNITS
 from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, AbstractEffect, Motion, Own, OwnState, Reading, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
-from vibrojax.parameters import Parameter, parameter
+from vibrojax.parameters import parameter
 from vibrojax.shapes import Value
 
 
@@ -33,17 +33,6 @@ def low_passed(
     filters = jnp.asarray(time_constant) > 0
     exponent = jnp.where(filters, -jnp.diff(ts) / jnp.where(filters, time_constant, 1.0), -jnp.inf)
     return _followed(exponent, values, values[0] + jnp.where(filters, memory, 0.0))
-
-
-def high_passed(
-    ts: Float[Array, " time"], values: Float[Array, "time ..."], time_constant: Value, memory: Float[Array, "..."]
-) -> Float[Array, "time ..."]:
-    """Samples behind a high-pass: r_i = a_i (r_(i-1) + x_i - x_(i-1)) from r_0 = x_0 + memory on, a_i = exp(-(t_i - t_(i-1)) / tau).
-
-    The memory d = r - x obeys d_i = a_i d_(i-1) + (a_i - 1) x_i: it is what a low-pass of the same tau would show, turned round.
-    Differentiable for tau > 0.
-    """
-    return values - _followed(-jnp.diff(ts) / time_constant, values, -memory)
 
 
 def _followed(exponent: Float[Array, " later"], values: Float[Array, "time ..."], start: Float[Array, "..."]) -> Float[Array, "time ..."]:
@@ -80,16 +69,12 @@ class ForceLag(AbstractChannelFault):
     an analogue filter of the same tau its output comes half a sample early.
     Differentiable for tau > 0.
 
-    Arguments:
-        lag: tau >= 0, s.
-
     Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989): the recursive filter of first order.
     """
 
     name: ClassVar[str] = "force_lag"
     summary: ClassVar[str] = "a force channel that is low-passed or late"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
-    source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0),)
     probe: ClassVar[Probe] = Probe(_lags, delay="lag")
 
@@ -98,7 +83,6 @@ class ForceLag(AbstractChannelFault):
     lag: Value = parameter("τ", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The load cell's channel through the filter."""
         return low_passed(motion.t, value, self.lag, own[0, 0])
 
 
@@ -134,10 +118,6 @@ class SensorHighPass(AbstractChannelFault):
     After an impact such a force cell reads below zero, by the impulse over tau. Where nothing is known of what was before the first
     sample, that sample is true: the sensor has just been reset. Differentiable for tau > 0.
 
-    Arguments:
-        time_constant: tau > 0, s.
-        of_channel: name of the channel.
-
     Source: G. Gautschi, Piezoelectric Sensorics (2002), on the time constant of charge amplifiers; filter of first order as in A. V.
     Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989).
     """
@@ -145,7 +125,6 @@ class SensorHighPass(AbstractChannelFault):
     name: ClassVar[str] = "sensor_high_pass"
     summary: ClassVar[str] = "a force cell or accelerometer that is AC coupled or discharges"
     equation: ClassVar[str] = "r_i = a (r_(i-1) + x_i - x_(i-1)),  a = exp(-dt/tau)"
-    source: ClassVar[str] = "Gautschi 2002"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="charge", unit=UNIT_OF_CHANNEL, scale=100.0),)
     probe: ClassVar[Probe] = Probe(_high_passes)
 
@@ -160,8 +139,8 @@ class SensorHighPass(AbstractChannelFault):
         )
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel through the filter."""
-        return high_passed(motion.t, value, self.time_constant, own[0, 0])
+        # The memory r - x is what a low-pass of the same tau would show, turned round.
+        return value - _followed(-jnp.diff(motion.t) / self.time_constant, value, -own[0, 0])
 
 
 _CUT_OFF_RATIO = 2.0
@@ -184,9 +163,6 @@ class RecorderLowPass(AbstractEffect):
     filter of the same tau its output comes half a sample early. A motion of the cart or an applied force that is measured and drives the
     model is taken as recorded, behind the filter. Differentiable for tau > 0.
 
-    Arguments:
-        time_constant: tau >= 0, s.
-
     Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989): the recursive filter of first order; anti-aliasing as in
     D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3.
     """
@@ -194,7 +170,6 @@ class RecorderLowPass(AbstractEffect):
     name: ClassVar[str] = "recorder_low_pass"
     summary: ClassVar[str] = "a recorder that low-passes all channels alike"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) x_i in every channel,  a = exp(-dt/tau)"
-    source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = tuple(
         OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]]) for channel in EVERY_CHANNEL
     )
@@ -205,7 +180,6 @@ class RecorderLowPass(AbstractEffect):
     time_constant: Value = parameter("τ_r", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass")
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        """All channels through the filter."""
         recorded = [name for name in EVERY_CHANNEL if name in readings]
         if not recorded:
             return readings
@@ -262,8 +236,6 @@ class RecorderFilter(AbstractEffect):
     name: ClassVar[str] = "recorder_filter"
     summary: ClassVar[str] = "a known filter of the recorder"
     equation: ClassVar[str] = "r = H(0) x + sum e_k,  e_k' = p_k e_k + (c_k/p_k) x'"
-    source: ClassVar[str] = "Oppenheim and Schafer 1989"
-    parameters: ClassVar[tuple[Parameter, ...]] = ()
     probe: ClassVar[Probe] = Probe(lambda scales: [])
     is_fault: ClassVar[bool] = True
     own_states: ClassVar[tuple[OwnState, ...]] = property(_own_states)  # type: ignore[assignment]
@@ -281,12 +253,7 @@ class RecorderFilter(AbstractEffect):
 
     @property
     def channel(self) -> str | None:
-        """The one that it acts on."""
         return self.of_channel
-
-    def scaled(self, factor: Value) -> "RecorderFilter":
-        """As it is: it has no strength."""
-        return self
 
     def passed(self, readings: Readings, rates: Readings, ts: Float[Array, " time"], own: Own) -> tuple[Readings, Readings, Own]:
         """Readings and their rates behind the filter, and its memory at every sample.

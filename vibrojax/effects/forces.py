@@ -20,10 +20,6 @@ class CoulombFriction(AbstractEffect):
 
     force = -F_c tanh(u' / v_c). Sticking is a creep below v_c.
 
-    Arguments:
-        friction_force: F_c >= 0, N.
-        creep_speed: v_c > 0, m/s, over which the jump of the force at rest is spread either way.
-
     Source: C. A. de Coulomb, Theorie des machines simples (1785); smoothed as in E. Pennestri et al., Nonlinear Dynamics 83 (2016)
     1785-1801.
     """
@@ -31,7 +27,6 @@ class CoulombFriction(AbstractEffect):
     name: ClassVar[str] = "coulomb_friction"
     summary: ClassVar[str] = "dry friction in the suspension"
     equation: ClassVar[str] = "force = -F_c sign(u')"
-    source: ClassVar[str] = "Coulomb 1785"
     probe: ClassVar[Probe] = Probe(lambda scales: [CoulombFriction(0.01 * scales.flight_force)])
     """A hundredth of the forces in flight."""
 
@@ -42,11 +37,9 @@ class CoulombFriction(AbstractEffect):
 
     @property
     def switch_speed(self) -> Value:
-        """Velocity v_c of the switch, m/s."""
         return self.creep_speed
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the velocity, N."""
         return -self.friction_force * jnp.tanh(motion.v / self.creep_speed)
 
 
@@ -55,23 +48,18 @@ class QuadraticDrag(AbstractEffect):
 
     force = -c_d u' |u'|. Differentiable everywhere.
 
-    Arguments:
-        drag_coefficient: c_d >= 0, N s^2/m^2.
-
     Source: I. Newton, Philosophiae naturalis principia mathematica (1687), book II, section II.
     """
 
     name: ClassVar[str] = "quadratic_drag"
     summary: ClassVar[str] = "drag that grows with the square of the velocity"
     equation: ClassVar[str] = "force = -c_d u' |u'|"
-    source: ClassVar[str] = "Newton 1687"
     probe: ClassVar[Probe] = Probe(lambda scales: [QuadraticDrag(0.01 * scales.flight_force / scales.speed**2)] if scales.speed else [])
     """At the highest speed, a hundredth of the forces in flight."""
 
     drag_coefficient: Value = parameter("c_d", "N s^2/m^2", start=1.0, logarithmic=False, meaning="drag coefficient")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the velocity, N."""
         return -self.drag_coefficient * motion.v * jnp.abs(motion.v)
 
 
@@ -92,10 +80,6 @@ class PowerLawDamping(AbstractEffect):
     force = -d u' (u'^2 + v_c^2)^((p - 1)/2) with v_c = 0.5 mm/s, which is -d |u'|^p sign(u') well above v_c. At rest a loss with p < 1
     would be infinitely steep. Differentiable everywhere.
 
-    Arguments:
-        power_coefficient: d >= 0, N (s/m)^p.
-        exponent: p > 0, 1.
-
     Source: M. C. Constantinou, M. D. Symans, Experimental study of seismic response of buildings with supplemental fluid dampers, The
     Structural Design of Tall Buildings 2 (1993) 93-132; smoothed by us.
     """
@@ -103,7 +87,6 @@ class PowerLawDamping(AbstractEffect):
     name: ClassVar[str] = "power_law_damping"
     summary: ClassVar[str] = "a loss that grows with a power of the velocity"
     equation: ClassVar[str] = "force = -d |u'|^p sign(u')"
-    source: ClassVar[str] = "Constantinou and Symans 1993"
     probe: ClassVar[Probe] = Probe(_power_laws)
     special_cases: ClassVar[tuple[str, ...]] = ("quadratic_drag", "coulomb_friction")
     """p = 2, and p near 0."""
@@ -117,7 +100,6 @@ class PowerLawDamping(AbstractEffect):
         return jnp.where(jnp.asarray(self.exponent) < 1.0, _CREEP, jnp.inf)
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the velocity, N."""
         speed_squared = motion.v * motion.v + _CREEP**2
         return -self.power_coefficient * motion.v * speed_squared ** (0.5 * (self.exponent - 1.0))
 
@@ -127,16 +109,12 @@ class AsymmetricDamping(AbstractEffect):
 
     force = -D_c |u'| / 2, where D_c is the coefficient towards the stop less that away from it. The nominal damping is their mean.
 
-    Arguments:
-        damping_difference: D_c, N s/m; above zero where motion towards the stop is damped more.
-
     Source: J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007), ch. 3 (damper asymmetry).
     """
 
     name: ClassVar[str] = "asymmetric_damping"
     summary: ClassVar[str] = "a viscous damping that differs between the two directions"
     equation: ClassVar[str] = "force = -D_c |u'| / 2"
-    source: ClassVar[str] = "Dixon 2007"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [AsymmetricDamping(0.02 * scales.flight_force / scales.speed)] if scales.speed else [], either_sign=True
     )
@@ -152,17 +130,13 @@ class AsymmetricDamping(AbstractEffect):
         return 0.5 * jnp.abs(self.damping_difference)
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Away from the stop where motion towards it is damped more, N."""
         return -0.5 * self.damping_difference * jnp.abs(motion.v)
 
 
 class CubicStiffness(AbstractEffect):
     """Restoring force with the cube of the relative displacement, beside that of the linear spring.
 
-    force = -k_3 u^3. Differentiable everywhere.
-
-    Arguments:
-        cubic_stiffness: k_3, N/m^3; above zero hardens, below softens.
+    force = -k_3 u^3. Differentiable everywhere. k_3 above zero hardens, below it softens.
 
     Source: G. Duffing, Erzwungene Schwingungen bei veraenderlicher Eigenfrequenz (1918).
     """
@@ -170,7 +144,6 @@ class CubicStiffness(AbstractEffect):
     name: ClassVar[str] = "cubic_stiffness"
     summary: ClassVar[str] = "a hardening or softening suspension"
     equation: ClassVar[str] = "force = -k_3 u^3"
-    source: ClassVar[str] = "Duffing 1918"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.amplitude**3)] if scales.amplitude else [], either_sign=True
     )
@@ -179,17 +152,13 @@ class CubicStiffness(AbstractEffect):
     cubic_stiffness: Value = parameter("k_3", "N/m^3", start=1e5, lower=-np.inf, scale=1e5, meaning="cubic stiffness")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the displacement where it hardens, N."""
         return -self.cubic_stiffness * motion.u * motion.u * motion.u
 
 
 class QuinticStiffness(AbstractEffect):
     """Restoring force with the fifth power of the relative displacement, beside that of the linear spring and of a cubic one, if any.
 
-    force = -k_5 u^5. Differentiable everywhere.
-
-    Arguments:
-        quintic_stiffness: k_5, N/m^5; above zero hardens, below softens.
+    force = -k_5 u^5. Differentiable everywhere. k_5 above zero hardens, below it softens.
 
     Source: I. Kovacic, M. J. Brennan (editors), The Duffing Equation: Nonlinear Oscillators and their Behaviour (2011), the next odd term
     of the series.
@@ -198,7 +167,6 @@ class QuinticStiffness(AbstractEffect):
     name: ClassVar[str] = "quintic_stiffness"
     summary: ClassVar[str] = "a suspension that hardens or softens with the fifth power of the deflection"
     equation: ClassVar[str] = "force = -k_5 u^5"
-    source: ClassVar[str] = "Kovacic and Brennan 2011"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [QuinticStiffness(0.01 * scales.flight_force / scales.amplitude**5)] if scales.amplitude else [], either_sign=True
     )
@@ -207,7 +175,6 @@ class QuinticStiffness(AbstractEffect):
     quintic_stiffness: Value = parameter("k_5", "N/m^5", start=1e9, lower=-np.inf, scale=1e9, meaning="quintic stiffness")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the displacement where it hardens, N."""
         square = motion.u * motion.u
         return -self.quintic_stiffness * square * square * motion.u
 
@@ -224,10 +191,6 @@ class ForceSaturation(AbstractEffect):
     Together with the linear spring the suspension has the stiffness k + F_s / u_s inside the threshold and k outside: a spring that
     yields without memory, or an actuator that stands in for a spring up to its greatest force. Differentiable but at the threshold.
 
-    Arguments:
-        saturation_force: F_s >= 0, N.
-        threshold: u_s > 0, m.
-
     Source: S. W. Shaw, P. J. Holmes, A periodically forced piecewise linear oscillator, J. Sound Vib. 90 (1983) 129-155, made symmetric
     and softening.
     """
@@ -235,7 +198,6 @@ class ForceSaturation(AbstractEffect):
     name: ClassVar[str] = "force_saturation"
     summary: ClassVar[str] = "a spring or actuator whose force saturates"
     equation: ClassVar[str] = "force = -F_s max(-1, min(1, u / u_s))"
-    source: ClassVar[str] = "Shaw and Holmes 1983"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [
             ForceSaturation(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude
@@ -247,17 +209,13 @@ class ForceSaturation(AbstractEffect):
     threshold: Value = parameter("u_s", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="deflection at which the force stops growing")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Against the displacement, N."""
         return -self.saturation_force * jnp.clip(motion.u / self.threshold, -1.0, 1.0)
 
 
 class ConstantForce(AbstractEffect):
     """A force on the hammer that never changes: a rig that stands askew, or a spring that is tight.
 
-    force = F_0. Differentiable everywhere.
-
-    Arguments:
-        constant_force: F_0, N, towards the stop.
+    force = F_0. Differentiable everywhere. F_0 above zero pushes towards the stop.
 
     Source: statics; on a rig tilted by the angle a, F_0 = m g sin(a).
     """
@@ -265,14 +223,12 @@ class ConstantForce(AbstractEffect):
     name: ClassVar[str] = "constant_force"
     summary: ClassVar[str] = "a constant force on the hammer (tilt or preload)"
     equation: ClassVar[str] = "force = F_0"
-    source: ClassVar[str] = "statics"
     probe: ClassVar[Probe] = Probe(lambda scales: [ConstantForce(0.01 * scales.flight_force)], either_sign=True)
     """A hundredth of the forces in flight."""
 
     constant_force: Value = parameter("F_0", "N", start=0.1, lower=-np.inf, scale=0.1, meaning="constant force")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """The same always, N."""
         return self.constant_force + jnp.zeros_like(motion.u)
 
 
@@ -284,17 +240,12 @@ class Hysteresis(AbstractEffect):
     z lies between -1 and 1; a reversal is followed by a straight line of slope F_h / d. That is Wen's law with A = 1/d,
     beta = gamma = 1/(2 d) and exponent 1. Differentiable everywhere.
 
-    Arguments:
-        hysteresis_force: F_h >= 0, N.
-        yield_displacement: d > 0, m.
-
     Source: Y.-K. Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102 (1976) 249-263, equation 2.
     """
 
     name: ClassVar[str] = "hysteresis"
     summary: ClassVar[str] = "memory in the suspension (Bouc-Wen hysteresis)"
     equation: ClassVar[str] = "force = -F_h z,  d z' = u' - |u'| z/2 - u' |z|/2"
-    source: ClassVar[str] = "Wen 1976"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="1", scale=0.5),)
     probe: ClassVar[Probe] = Probe(
         lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude]
@@ -305,11 +256,9 @@ class Hysteresis(AbstractEffect):
     yield_displacement: Value = parameter("d", "m", start=2e-3, lower=1e-6, upper=10.0, meaning="way from rest to sliding")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """What the memory pulls back with, N."""
         return -self.hysteresis_force * own[..., 0]
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """z'."""
         z, v = own[..., 0], motion.v
         return ((v - 0.5 * jnp.abs(v) * z - 0.5 * v * jnp.abs(z)) / self.yield_displacement)[..., None]
 
@@ -333,18 +282,12 @@ class SecondMode(AbstractEffect):
 
     w its displacement relative to the hammer. The hammer keeps its own mass beside it. Differentiable everywhere.
 
-    Arguments:
-        mode_mass: m_2 > 0, kg.
-        mode_frequency_hz: f_2 > 0, Hz, with the hammer held.
-        mode_damping_ratio: zeta_2 > 0, 1.
-
     Source: J. Ormondroyd, J. P. Den Hartog, The theory of the dynamic vibration absorber, Trans. ASME 50 (1928) APM-50-7.
     """
 
     name: ClassVar[str] = "second_mode"
     summary: ClassVar[str] = "a second vibrating mode on the hammer or its suspension"
     equation: ClassVar[str] = "m_2 (w'' + x'') = -(k_2 w + c_2 w'),  force = k_2 w + c_2 w'"
-    source: ClassVar[str] = "Ormondroyd and Den Hartog 1928"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="mode_displacement", unit="m", scale=1e-3),
         OwnState(name="mode_velocity", unit="m/s", scale=0.05),
@@ -357,15 +300,12 @@ class SecondMode(AbstractEffect):
 
     @property
     def fastest_hz(self) -> Value:
-        """Of the mode, Hz."""
         return self.mode_frequency_hz
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Of its spring and damper, N."""
         return self.mode_mass * self._restoring(own)
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
-        """w' and w''."""
         return jnp.stack([own[..., 1], -acceleration - self._restoring(own)], axis=-1)
 
     def _restoring(self, own: Own) -> Scalars:

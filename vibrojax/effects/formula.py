@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from vibrojax.effects import EFFECTS
-from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState
+from vibrojax.effects.base import AbstractEffect, Motion, Own
 from vibrojax.effects.free_form import FreeForm, TonalForce
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.errors import InputError, shown
@@ -42,18 +42,6 @@ def _points(amplitude: float, speed: float, latest: float, deepest: float) -> di
     axes = (amplitude * part, speed * part, latest * np.array([0.0, 0.37, 1.0]), np.unique([-amplitude, 0.0, 0.5 * deepest, deepest]))
     u, v, t, delta = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
     return {"u": u, "u_dot": v, "t": t, "delta": delta, "delta_dot": v}
-
-
-def _equation(effect: "Formula") -> str:
-    return f"force = {effect.formula.replace('**', '^')}"
-
-
-def _name(effect: "Formula") -> str:
-    return effect.label or effect.formula
-
-
-def _summary(effect: "Formula") -> str:
-    return f"the force {effect.label} = {effect.formula}" if effect.label else f"the force {effect.formula}"
 
 
 def _parameters(effect: "Formula") -> tuple[Parameter, ...]:
@@ -148,12 +136,10 @@ class Formula(AbstractEffect):
         [('a', 'N s^2/m^2')]
     """
 
-    name: ClassVar[str] = property(_name)  # type: ignore[assignment]
-    summary: ClassVar[str] = property(_summary)  # type: ignore[assignment]
-    equation: ClassVar[str] = property(_equation)  # type: ignore[assignment]
-    source: ClassVar[str] = "given by the user"
+    name: ClassVar[str] = property(lambda one: one.label or one.formula)  # type: ignore[assignment]
+    summary: ClassVar[str] = property(lambda one: "the force " + (f"{one.label} = " if one.label else "") + one.formula)  # type: ignore[assignment]
+    equation: ClassVar[str] = property(lambda one: f"force = {one.formula.replace('**', '^')}")  # type: ignore[assignment]
     parameters: ClassVar[tuple[Parameter, ...]] = property(_parameters)  # type: ignore[assignment]
-    own_states: ClassVar[tuple[OwnState, ...]] = ()
     probe: ClassVar[Probe] = property(_probe)  # type: ignore[assignment]
 
     formula: str = eqx.field(static=True)
@@ -192,12 +178,10 @@ class Formula(AbstractEffect):
         return f"p{read_formula(self.formula).names.index(name) + 1}"
 
     def scaled(self, factor: Value) -> "Formula":
-        """All strengths in proportion."""
         fields = [self.field(name) for name in self.strengths]
         return dataclasses.replace(self, **{field: factor * getattr(self, field) for field in fields})
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Towards the stop, N."""
         read = read_formula(self.formula)
         values = {name: getattr(self, f"p{place}") for place, name in enumerate(read.names, start=1)}
         return jnp.zeros_like(motion.u) + evaluated(read.tree, _along(motion) | values, jnp, read.of_velocity)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from vibrojax.channel_units import UNITS
-from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
+from vibrojax.effects.base import AbstractEffect, Motion, Own, Readings
 from vibrojax.effects.probe import Probe
 from vibrojax.errors import shown
 from vibrojax.parameters import Parameter, parameter
@@ -120,9 +120,7 @@ class FreeForm(AbstractEffect):
     name: ClassVar[str] = "free_form"
     summary: ClassVar[str] = "a term that no listed effect accounts for"
     equation: ClassVar[str] = property(_equation)  # type: ignore[assignment]
-    source: ClassVar[str] = "learned from the records"
     parameters: ClassVar[tuple[Parameter, ...]] = property(_parameters)  # type: ignore[assignment]
-    own_states: ClassVar[tuple[OwnState, ...]] = ()
     probe: ClassVar[Probe] = Probe(lambda scales: [], either_sign=True)
     """It is learned, not searched for among the listed effects."""
 
@@ -185,19 +183,15 @@ class FreeForm(AbstractEffect):
 
     @property
     def channel(self) -> str | None:
-        """To which it is added, if it is no force."""
         return self.of_channel or None
 
     def scaled(self, factor: Value) -> "FreeForm":
-        """All coefficients in proportion."""
         return dataclasses.replace(self, **{name: factor * getattr(self, name) for name in self.coefficients})
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Towards the stop, N."""
         return jnp.zeros_like(motion.u) if self.of_channel else self._value(_OF_MOTION[self.coordinate].along(motion), motion)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        """Its channel with the function on it."""
         if self.of_channel not in readings:
             return readings
         ideal = readings[self.of_channel]
@@ -238,7 +232,6 @@ class TonalForce(AbstractEffect):
     name: ClassVar[str] = "tonal_force"
     summary: ClassVar[str] = "a force at one frequency that no listed effect accounts for"
     equation: ClassVar[str] = property(_tone)  # type: ignore[assignment]
-    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(lambda scales: [], parts=("cosine", "sine"), either_sign=True, is_line=True)
     """A line of the random force, not searched for among the listed effects."""
 
@@ -248,10 +241,8 @@ class TonalForce(AbstractEffect):
 
     @property
     def fastest_hz(self) -> Value:
-        """Its frequency, Hz."""
         return self.frequency_hz
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Towards the stop, N."""
         angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
         return self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)

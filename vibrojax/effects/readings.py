@@ -34,16 +34,12 @@ class ForceClipping(AbstractChannelFault):
 
     r = min(F, ceiling). Differentiable but where F is the ceiling.
 
-    Arguments:
-        ceiling: N.
-
     Source: saturation of an amplifier or converter.
     """
 
     name: ClassVar[str] = "force_clipping"
     summary: ClassVar[str] = "a force channel that saturates"
     equation: ClassVar[str] = "r = min(F, F_max)"
-    source: ClassVar[str] = "saturation"
     probe: ClassVar[Probe] = Probe(_ceilings)
 
     of_channel: ClassVar[str] = "impact_force"
@@ -55,7 +51,6 @@ class ForceClipping(AbstractChannelFault):
         return dataclasses.replace(self, ceiling=jnp.where(jnp.asarray(factor) > 0, self.ceiling, _OUT_OF_REACH))
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The load cell's channel under its ceiling."""
         return jnp.minimum(value, self.ceiling)
 
 
@@ -64,17 +59,12 @@ class GainError(AbstractChannelFault):
 
     r = g value. Differentiable everywhere.
 
-    Arguments:
-        factor: g, 1.
-        of_channel: name of the channel.
-
     Source: ISO 16063-1, Methods for the calibration of vibration and shock transducers (1998).
     """
 
     name: ClassVar[str] = "gain_error"
     summary: ClassVar[str] = "a channel whose calibration factor is wrong"
     equation: ClassVar[str] = "r = g value"
-    source: ClassVar[str] = "ISO 16063-1"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels if scales.tied], either_sign=True
     )
@@ -88,7 +78,6 @@ class GainError(AbstractChannelFault):
         return dataclasses.replace(self, factor=1.0 + factor * (self.factor - 1.0))
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel times its factor."""
         return self.factor * value
 
 
@@ -111,18 +100,12 @@ class NonlinearReading(AbstractChannelFault):
 
     r = value + e_2 value^2 + e_3 value^3. Differentiable everywhere.
 
-    Arguments:
-        quadratic: e_2, 1 over the channel's SI unit.
-        cubic: e_3, 1 over the square of that.
-        of_channel: name of the channel.
-
     Source: E. O. Doebelin, Measurement Systems: Application and Design, 4th edition (1990), chapter 3 (linearity), to the third order.
     """
 
     name: ClassVar[str] = "nonlinear_reading"
     summary: ClassVar[str] = "a channel with a curved characteristic"
     equation: ClassVar[str] = "r = value + e_2 value^2 + e_3 value^3"
-    source: ClassVar[str] = "Doebelin 1990"
     probe: ClassVar[Probe] = Probe(_curves, parts=("quadratic", "cubic"), either_sign=True)
 
     quadratic: Value = parameter("e_2", f"1/({UNIT_OF_CHANNEL})", start=0.0, lower=-np.inf, meaning="quadratic part of the reading")
@@ -130,7 +113,6 @@ class NonlinearReading(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel along its characteristic."""
         return value + self.quadratic * value * value + self.cubic * value * value * value
 
 
@@ -154,10 +136,6 @@ class TimeOffset(AbstractChannelFault):
     cubic goes on.
     Differentiable, in d but where t - d is a sample: there the slope of one side.
 
-    Arguments:
-        delay: d, s; above zero the channel comes late.
-        of_channel: name of the channel.
-
     Source: T. I. Laakso, V. Valimaki, M. Karjalainen, U. K. Laine, Splitting the unit delay, IEEE Signal Processing Magazine 13 (1996)
     30-60.
     """
@@ -165,18 +143,15 @@ class TimeOffset(AbstractChannelFault):
     name: ClassVar[str] = "time_offset"
     summary: ClassVar[str] = "a channel that is shifted in time against the others"
     equation: ClassVar[str] = "r(t) = value(t - d)"
-    source: ClassVar[str] = "Laakso et al. 1996"
     probe: ClassVar[Probe] = Probe(_offsets, either_sign=True, delay="delay")
 
     delay: Value = parameter("d", "s", start=0.0, lower=-np.inf, scale=1e-3, meaning="time by which the channel is late")
     of_channel: str = eqx.field(static=True, default="")
 
     def lateness(self, t: Scalars) -> Scalars:
-        """The delay, s."""
         return self.delay + jnp.zeros_like(t)
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel as it was a delay before."""
         return _interpolated(motion.t - self.lateness(motion.t), motion.t, value)
 
 
@@ -214,10 +189,6 @@ class ClockDrift(AbstractChannelFault):
     beyond the ends of what was integrated by the outermost one. Differentiable, in ppm but where that is a sample: there the slope of
     one side.
 
-    Arguments:
-        drift_ppm: parts in a million; above zero the channel comes later and later.
-        of_channel: name of the channel.
-
     Source: J. Elson, K. Roemer, Wireless sensor networks: a new regime for time synchronization, ACM SIGCOMM Computer Communication Review
     33 (2003) 149-154 (clock skew); interpolation as in `time_offset`.
     """
@@ -225,7 +196,6 @@ class ClockDrift(AbstractChannelFault):
     name: ClassVar[str] = "clock_drift"
     summary: ClassVar[str] = "a channel whose clock differs from the others' by a constant factor"
     equation: ClassVar[str] = "r(t) = value(t (1 - ppm 1e-6))"
-    source: ClassVar[str] = "Elson and Roemer 2003"
     probe: ClassVar[Probe] = Probe(_clock_drifts, either_sign=True)
 
     drift_ppm: Value = parameter(
@@ -234,11 +204,9 @@ class ClockDrift(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def lateness(self, t: Scalars) -> Scalars:
-        """In proportion to the time, s."""
         return _PPM * self.drift_ppm * t
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel as it was on the other clock."""
         return _interpolated(motion.t - self.lateness(motion.t), motion.t, value)
 
 
@@ -265,19 +233,12 @@ class MainsHum(AbstractChannelFault):
 
     r = value + a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
 
-    Arguments:
-        frequency_hz: f > 0, Hz.
-        sine: a, in the channel's SI unit.
-        cosine: b, of its cosine, in the same unit.
-        of_channel: name of the channel.
-
     Source: G. Vasilescu, Electronic Noise and Interfering Signals (2005).
     """
 
     name: ClassVar[str] = "mains_hum"
     summary: ClassVar[str] = "an interference line in a channel"
     equation: ClassVar[str] = "r = value + a sin(2 pi f t) + b cos(2 pi f t)"
-    source: ClassVar[str] = "Vasilescu 2005"
     probe: ClassVar[Probe] = Probe(_hums, parts=("sine", "cosine"), either_sign=True, is_line=True)
 
     frequency_hz: Value = parameter("f_h", "Hz", start=50.0, lower=1.0, upper=1e5, meaning="frequency of the line")
@@ -286,7 +247,6 @@ class MainsHum(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel with the line on it."""
         angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
         return value + self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle)
 
@@ -315,20 +275,12 @@ class ReadingTone(AbstractChannelFault):
     r = value + exp(-s t) (a sin(2 pi f t) + b cos(2 pi f t)), t on the record's clock; a and b are others in every record.
     Differentiable everywhere.
 
-    Arguments:
-        frequency_hz: f > 0, Hz.
-        decay_rate: s >= 0, 1/s; 0 for a steady tone.
-        sine: a, in the channel's SI unit, at the zero of the clock.
-        cosine: b, of its cosine, in the same unit.
-        of_channel: name of the channel.
-
     Source: the free vibration of a damped oscillator; D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 2.
     """
 
     name: ClassVar[str] = "reading_tone"
     summary: ClassVar[str] = "a steady or decaying tone in a channel"
     equation: ClassVar[str] = "r = value + exp(-s t) (a sin(2 pi f t) + b cos(2 pi f t))"
-    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(_tones, parts=("sine", "cosine"), either_sign=True, is_line=True)
     special_cases: ClassVar[tuple[str, ...]] = ("mains_hum",)
     """One that does not decay."""
@@ -340,7 +292,6 @@ class ReadingTone(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel with the tone on it."""
         angle = 2.0 * jnp.pi * self.frequency_hz * motion.t
         tone = jnp.exp(-self.decay_rate * motion.t) * (self.sine * jnp.sin(angle) + self.cosine * jnp.cos(angle))
         return value + tone
@@ -368,18 +319,12 @@ class ZeroDrift(AbstractChannelFault):
     r = value + b (1 - exp(-kappa t)) / kappa, and value + b t for kappa = 0, t >= 0 on the record's clock, before which there is no drift;
     b differs between records. Differentiable, but in t at 0.
 
-    Arguments:
-        rate: b, in the channel's SI unit a second, at the zero of the clock.
-        settling_rate: kappa >= 0, 1/s; the drift ends at b / kappa.
-        of_channel: name of the channel.
-
     Source: E. O. Doebelin, Measurement Systems: Application and Design, 4th edition (1990), chapter 3 (zero drift).
     """
 
     name: ClassVar[str] = "zero_drift"
     summary: ClassVar[str] = "a channel whose zero drifts"
     equation: ClassVar[str] = "r = value + b (1 - exp(-kappa t)) / kappa"
-    source: ClassVar[str] = "Doebelin 1990"
     probe: ClassVar[Probe] = Probe(_drifts, either_sign=True)
 
     rate: Value = parameter(
@@ -389,7 +334,6 @@ class ZeroDrift(AbstractChannelFault):
     of_channel: str = eqx.field(static=True, default="")
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
-        """The channel with its zero moved."""
         since = jnp.maximum(motion.t, 0.0)
         x = self.settling_rate * since
         straight = jnp.abs(x) < _NEARLY_STRAIGHT

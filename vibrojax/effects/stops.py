@@ -45,18 +45,12 @@ class StopCompliance(AbstractEffect):
     c_s = 2 zeta_s k_s / (2 pi f_s). What the load cell reads is the force behind the stop: it rings on after separation, below zero too.
     Differentiable everywhere.
 
-    Arguments:
-        stop_stiffness: k_s > 0, N/m.
-        stop_frequency_hz: f_s > 0, Hz, of the stop by itself.
-        stop_damping_ratio: zeta_s > 0, 1.
-
     Source: J. P. Den Hartog, Mechanical Vibrations (1934), chapter 2, a mass on a spring; as the front end of a load cell.
     """
 
     name: ClassVar[str] = "stop_compliance"
     summary: ClassVar[str] = "a compliant stop or load cell with a resonance"
     equation: ClassVar[str] = "m_s s'' = max(F, 0) - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
-    source: ClassVar[str] = "Den Hartog 1934"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="stop_displacement", unit="m", scale=1e-4),
         OwnState(name="stop_velocity", unit="m/s", scale=0.3),
@@ -75,15 +69,12 @@ class StopCompliance(AbstractEffect):
 
     @property
     def fastest_hz(self) -> Value:
-        """Of the stop by itself, Hz."""
         return self.stop_frequency_hz
 
     def stop_position(self, t: Scalars, own: Own) -> Scalars:
-        """s, m."""
         return own[..., 0]
 
     def stop_velocity(self, t: Scalars, own: Own) -> Scalars:
-        """s', m/s."""
         return own[..., 1]
 
     def rates(self, motion: Motion, own: Own, push: Scalars, acceleration: Scalars) -> Own:
@@ -120,10 +111,6 @@ class ContactAdhesion(AbstractEffect):
     P sets in smoothly over 0 < delta < d_ad / 10, that is just before the release, and over 0.5 mm/s where the hammer turns. It has no
     memory: it acts on any motion away from the stop inside the reach. Differentiable; at delta = -d_ad once.
 
-    Arguments:
-        adhesion_force: F_ad >= 0, N.
-        adhesion_reach: d_ad > 0, m.
-
     Source: a cohesive zone that softens linearly, A. Hillerborg, M. Modeer, P.-E. Petersson, Cement and Concrete Research 6 (1976) 773-781;
     acting on separation alone, as adhesion with hysteresis does (K. L. Johnson, Contact Mechanics (1985), section 5.5).
     """
@@ -131,7 +118,6 @@ class ContactAdhesion(AbstractEffect):
     name: ClassVar[str] = "contact_adhesion"
     summary: ClassVar[str] = "a stop that holds the hammer back while it leaves"
     equation: ClassVar[str] = "force = P,  load cell = F - P,  P = F_ad min(1, 1 + delta/d_ad) while leaving, -d_ad < delta < 0"
-    source: ClassVar[str] = "Hillerborg, Modeer and Petersson 1976"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [ContactAdhesion(0.05 * scales.flight_force, part * scales.amplitude) for part in _REACH_GRID if scales.force]
     )
@@ -141,13 +127,11 @@ class ContactAdhesion(AbstractEffect):
     adhesion_reach: Value = parameter("d_ad", "m", start=4e-4, lower=1e-6, upper=1.0, meaning="reach")
 
     def force(self, motion: Motion, own: Own) -> Scalars:
-        """Towards the stop, N."""
         depth = motion.indentation / self.adhesion_reach
         falling = jnp.clip(1.0 + depth, 0.0, 1.0) * smooth.step(0.5 * _EDGE - depth, _EDGE)
         return self.adhesion_force * falling * smooth.step(-motion.indentation_rate, _TURN)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        """The load cell feels the pull too."""
         if "impact_force" not in readings:
             return readings
         return readings | {"impact_force": readings["impact_force"] - self.force(motion, own)}
@@ -171,9 +155,6 @@ class BackStop(AbstractEffect):
 
     contact for -u - gap_b > 0, its push towards the stop in front. The load cell is in front and does not feel it.
 
-    Arguments:
-        distance: gap_b, m, from the hammer at rest.
-
     Source: S. W. Shaw, The dynamics of a harmonically excited system having rigid amplitude constraints, J. Appl. Mech. 52 (1985) 453-464,
     with compliant stops.
     """
@@ -181,7 +162,6 @@ class BackStop(AbstractEffect):
     name: ClassVar[str] = "back_stop"
     summary: ClassVar[str] = "a second stop behind the hammer"
     equation: ClassVar[str] = "F_b = F(-u - gap_b, -u') towards the stop in front"
-    source: ClassVar[str] = "Shaw 1985"
     probe: ClassVar[Probe] = Probe(_back_stops, is_stop=True)
 
     distance: Value = parameter(
@@ -194,7 +174,6 @@ class BackStop(AbstractEffect):
 
     @property
     def back_gap(self) -> Value:
-        """Where it stands, m."""
         return self.distance
 
 
@@ -224,12 +203,6 @@ class MissingStop(AbstractEffect):
 
     F = k_i delta^n (1 + lambda_i delta') >= 0 with delta = u - gap - offset; see `HuntCrossley`. Beside any other law it does nothing.
 
-    Arguments:
-        impact_stiffness: k_i > 0, N/m^n.
-        impact_exponent: n > 0, 1.
-        impact_damping: lambda_i >= 0, s/m.
-        gap_offset: of the stop beyond the gap as set, m.
-
     Source: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975)
     440-445.
     """
@@ -237,7 +210,6 @@ class MissingStop(AbstractEffect):
     name: ClassVar[str] = "missing_stop"
     summary: ClassVar[str] = "impacts on a stop that the nominal model lacks"
     equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - u_stop,  u_stop = gap + gap_0"
-    source: ClassVar[str] = "Hunt and Crossley 1975"
     probe: ClassVar[Probe] = Probe(_missing_stops, is_stop=True)
 
     impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
@@ -257,7 +229,6 @@ class MissingStop(AbstractEffect):
         )
 
     def stop(self, law: AbstractContactLaw, gap: Value) -> tuple[AbstractContactLaw, Value]:
-        """The missing stop, where there is none."""
         if not isinstance(law, NoContact):
             return law, gap
         return HuntCrossley(self.impact_stiffness, self.impact_exponent, self.impact_damping), gap + self.gap_offset
@@ -287,7 +258,6 @@ class Backed(AbstractCompliantLaw):
     damping: Value
 
     def force(self, indentation: Scalars, rate: Scalars, approach_speed: Scalars) -> Scalars:
-        """Of both, N."""
         beyond = self.stiffness * smooth.power(indentation - self.depth, _DEEP_EXPONENT) * jnp.maximum(1.0 + self.damping * rate, 0.0)
         return self.first.force(indentation, rate, approach_speed) + beyond
 
@@ -316,11 +286,6 @@ class DeepStop(AbstractEffect):
     F + F_d. A rubber band that bottoms out, or a buffer pressed flat. A stop behind the hammer (`BackStop`) is of the same law, backed too.
     Differentiable, but on the line 1 + lambda_d delta' = 0. Without contact, or beside a rigid stop, it does nothing.
 
-    Arguments:
-        stiffness: k_d >= 0, N/m^1.5.
-        depth: d > 0, m, of the nominal stop's indentation.
-        damping: lambda_d >= 0, s/m.
-
     Source: S. W. Shaw, P. J. Holmes, A periodically forced piecewise linear oscillator, J. Sound Vib. 90 (1983) 129-155, with the force of
     K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445, beyond the break.
     """
@@ -328,7 +293,6 @@ class DeepStop(AbstractEffect):
     name: ClassVar[str] = "deep_stop"
     summary: ClassVar[str] = "a harder stop behind the first, which deep impacts reach"
     equation: ClassVar[str] = "F -> F + k_d (delta - d)^1.5 (1 + lambda_d delta')  beyond delta = d"
-    source: ClassVar[str] = "Shaw and Holmes 1983, Hunt and Crossley 1975"
     probe: ClassVar[Probe] = Probe(_deep_stops)
 
     stiffness: Value = parameter(
@@ -340,7 +304,6 @@ class DeepStop(AbstractEffect):
     )
 
     def stop(self, law: AbstractContactLaw, gap: Value) -> tuple[AbstractContactLaw, Value]:
-        """The stop in front, backed."""
         if not _gives_way(law):
             return law, gap
         return Backed(law, self.stiffness, self.depth, self.damping), gap
@@ -358,10 +321,7 @@ _DRIFT_WAY = 2e-3
 class GapDrift(AbstractEffect):
     """The stop moves away from the hammer, or towards it, at a steady rate from the zero of the clock of every record.
 
-    gap(t) = gap + g t. Differentiable everywhere.
-
-    Arguments:
-        gap_rate: g, m/s; above zero the gap opens.
+    gap(t) = gap + g t. Differentiable everywhere. g above zero opens the gap.
 
     Source: kinematics.
     """
@@ -369,7 +329,6 @@ class GapDrift(AbstractEffect):
     name: ClassVar[str] = "gap_drift"
     summary: ClassVar[str] = "a gap that opens or closes steadily during a record"
     equation: ClassVar[str] = "gap(t) = gap + g t"
-    source: ClassVar[str] = "kinematics"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GapDrift(_DRIFT_WAY * scales.amplitude / scales.latest)] if scales.force and scales.latest else [],
         either_sign=True,
@@ -379,11 +338,9 @@ class GapDrift(AbstractEffect):
     gap_rate: Value = parameter("g", "m/s", start=1e-4, lower=-np.inf, scale=1e-4, meaning="rate at which the gap opens")
 
     def stop_position(self, t: Scalars, own: Own) -> Scalars:
-        """g t, m."""
         return self.gap_rate * t
 
     def stop_velocity(self, t: Scalars, own: Own) -> Scalars:
-        """The rate, m/s."""
         return self.gap_rate + jnp.zeros_like(t)
 
 
@@ -409,18 +366,12 @@ class GapStep(AbstractEffect):
     gap(t) = gap + j H(t - t_s), with H a step spread over 1 ms. Differentiable everywhere; in t_s the derivative is zero unless the hammer
     touches the stop within that millisecond; that width limits how well it is identifiable.
 
-    Arguments:
-        gap_jump: j, m; above zero the gap opens.
-        instant: t_s, s, on the record's clock.
-        in_file: file of the record.
-
     Source: kinematics.
     """
 
     name: ClassVar[str] = "gap_step"
     summary: ClassVar[str] = "a gap that changes suddenly at one instant"
     equation: ClassVar[str] = "gap(t) = gap + j H(t - t_s)"
-    source: ClassVar[str] = "kinematics"
     probe: ClassVar[Probe] = Probe(_gap_steps, either_sign=True)
 
     gap_jump: Value = parameter("j", "m", start=1e-4, lower=-np.inf, scale=1e-4, meaning="change of the gap")
@@ -431,14 +382,11 @@ class GapStep(AbstractEffect):
 
     @property
     def record(self) -> str | None:
-        """The file, or None where none is given: then all."""
         return self.in_file or None
 
     def stop_position(self, t: Scalars, own: Own) -> Scalars:
-        """Before and after the jump, m."""
         return self.gap_jump * smooth.step(t - self.instant, _JUMP_WIDTH)
 
     def stop_velocity(self, t: Scalars, own: Own) -> Scalars:
-        """Derivative of the step, m/s."""
         s = jnp.clip((t - self.instant) / _JUMP_WIDTH + 0.5, 0.0, 1.0)
         return self.gap_jump * 30.0 / _JUMP_WIDTH * (s * (1.0 - s)) ** 2

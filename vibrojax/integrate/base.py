@@ -7,7 +7,6 @@ To add one: write a file with a final subclass of `AbstractIntegrator` that impl
 import abc
 
 import equinox as eqx
-import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.system import System
@@ -76,8 +75,3 @@ def without_effects(system: System, method: str) -> None:
     if system.effects:
         names = ", ".join(effect.name for effect in system.effects)
         raise TypeError(f"{method} does not integrate effects ({names}): use the landing integrator, or a model without them")
-
-
-def no_states(ts: Float[Array, "*batch time"]) -> Float[Array, "*batch time own"]:
-    """The states of effects that a system does not have."""
-    return jnp.zeros((*ts.shape, 0), ts.dtype)

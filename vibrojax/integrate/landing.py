@@ -170,7 +170,6 @@ class Landing(AbstractBatchIntegrator):
     most_steps: int | None = eqx.field(static=True, default=None)
 
     def __call__(self, system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
-        """Integrate one trajectory; see `AbstractIntegrator`."""
         at_rest = jnp.zeros(2 + system.own_size - state.shape[0], state.dtype)
         state = jnp.concatenate([state, at_rest])
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype)[None], system)
@@ -181,7 +180,6 @@ class Landing(AbstractBatchIntegrator):
     def batch(
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
-        """Integrate many trajectories side by side; see `AbstractBatchIntegrator`."""
         count, last, history, t_end = self.steps(systems, ts, states, lengths)
         finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
         result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)

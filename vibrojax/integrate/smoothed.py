@@ -10,16 +10,9 @@ from jax import lax
 from jaxtyping import Array, Float, Int
 
 from vibrojax import smooth
-from vibrojax.contact.base import SLOWEST_APPROACH
-from vibrojax.integrate.base import (
-    NOT_FINITE,
-    STEP_LIMIT,
-    SUCCESS,
-    AbstractBatchIntegrator,
-    Trajectory,
-    no_states,
-    without_effects,
-)
+from vibrojax.contact import AbstractCompliantLaw, smoothed_force
+from vibrojax.contact.base import SLOWEST_APPROACH, uses_approach_speed
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractBatchIntegrator, Trajectory, without_effects
 from vibrojax.shapes import Number
 from vibrojax.system import System
 
@@ -44,25 +37,20 @@ class BoundarySteps(diffrax.AbstractStepSizeController):
 
     @property
     def rtol(self):
-        """Relative tolerance of the error control."""
         return self.error_control.rtol
 
     @property
     def atol(self):
-        """Absolute tolerance of the error control."""
         return self.error_control.atol
 
     def wrap(self, direction):
-        """See Diffrax."""
         return eqx.tree_at(lambda self: self.error_control, self, self.error_control.wrap(direction))
 
     def init(self, terms, t0, t1, y0, dt0, args, func, error_order):
-        """See Diffrax."""
         t_first, state = self.error_control.init(terms, t0, t1, y0, dt0, args, func, error_order)
         return jnp.minimum(t_first, t0 + self._bound(y0, args)), state
 
     def adapt_step_size(self, t0, t1, y0, y1_candidate, args, y_error, error_order, controller_state):
-        """See Diffrax."""
         keep, start, end, jump, state, result = self.error_control.adapt_step_size(
             t0, t1, y0, y1_candidate, args, y_error, error_order, controller_state
         )
@@ -145,7 +133,9 @@ class Smoothed(AbstractBatchIntegrator):
         """Integrate one trajectory to its end; times may repeat there."""
         without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
-        uses_speed = _uses_approach_speed(system)
+        if not isinstance(system.law, AbstractCompliantLaw):
+            raise TypeError(f"a rigid stop ({system.law.name}) has no force to smooth: integrate it with the landing or switch integrator")
+        uses_speed = uses_approach_speed(system.law)
         u, v, touched = (*state, state[1])[:3]
         w = jnp.where(system.indentation(u) > 0, touched, v)
         error_control = diffrax.PIDController(
@@ -169,22 +159,17 @@ class Smoothed(AbstractBatchIntegrator):
         us, vs, ws = (*ys, ys[1])[:3]
         stopped = jnp.where(solution.result == diffrax.RESULTS.max_steps_reached, STEP_LIMIT, NOT_FINITE)
         result = jnp.where(solution.result == diffrax.RESULTS.successful, SUCCESS, stopped)
-        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, result, solution.stats["num_steps"], no_states(ts))
+        own = jnp.zeros((*ts.shape, 0), ts.dtype)
+        return Trajectory(ts, us, vs, system.indentation(us) > 0, ws, result, solution.stats["num_steps"], own)
 
     def _rates(self, t: Any, y: tuple[Float[Array, ""], ...], system: System) -> tuple[Float[Array, ""], ...]:
         """Right-hand side of (u, v) or of (u, v, w)."""
         u, v, w = (*y, y[1])[:3]
-        push = system.smoothed_contact_force(u, v, jnp.maximum(w, SLOWEST_APPROACH), self.smoothing)
-        acceleration = system.relative_acceleration(t, u, v, push)
+        law: Any = system.law
+        push = smoothed_force(law, system.indentation(u), v, jnp.maximum(w, SLOWEST_APPROACH), self.smoothing)
+        drive = (system.applied.force(t) + system.load - push) / system.mass - system.base.acceleration(t)
+        acceleration = system.suspension.acceleration(u, v, drive)
         if len(y) == 2:
             return v, acceleration
         in_flight = 1.0 - smooth.step(system.indentation(u), self.smoothing)
         return v, acceleration, in_flight * (acceleration + (v - w) / self.memory)
-
-
-def _uses_approach_speed(system: System) -> bool:
-    """Whether the force of this law depends on its third argument, read off the traced computation."""
-    scalar = jnp.asarray(0.0)
-    traced = jax.make_jaxpr(lambda speed: system.contact_force(scalar, scalar, speed))(scalar)
-    speed = traced.jaxpr.invars[0]
-    return any(used is speed for equation in traced.jaxpr.eqns for used in equation.invars)

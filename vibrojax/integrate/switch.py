@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
-from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, no_states, without_effects
+from vibrojax.integrate.base import CHATTER, NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, without_effects
 from vibrojax.integrate.landing import crossing, landing_correction
 from vibrojax.system import System
 
@@ -104,7 +104,8 @@ class Switch(AbstractIntegrator):
         missing = jnp.arange(ts.shape[0]) >= carry.sample
         u, v, approach_speed, in_contact = (jnp.where(missing, last, kept) for last, kept in zip(_row(carry), samples, strict=True))
         short = (carry.sample < ts.shape[0]) & (carry.result == SUCCESS)
-        return Trajectory(ts, u, v, in_contact, approach_speed, jnp.where(short, STEP_LIMIT, carry.result), carry.steps, no_states(ts))
+        result = jnp.where(short, STEP_LIMIT, carry.result)
+        return Trajectory(ts, u, v, in_contact, approach_speed, result, carry.steps, jnp.zeros((len(ts), 0), ts.dtype))
 
     def _start(self, system: System, ts: Float[Array, " time"], state: Float[Array, "2"]) -> _Carry:
         u, v = state[0], state[1]
@@ -161,8 +162,7 @@ class Switch(AbstractIntegrator):
         distance = system.indentation(carry.u)
         in_band = jnp.abs(distance) <= self.band
         leaving = in_band & jnp.where(carry.in_contact, carry.v < 0, carry.v > 0)
-        push = jnp.where(carry.in_contact, system.contact_force(carry.u, carry.v, carry.approach_speed), 0.0)
-        acceleration = system.relative_acceleration(carry.t, carry.u, carry.v, push)
+        acceleration = _acceleration(system, carry, carry.t, carry.u, carry.v)
         correction = landing_correction(distance, carry.v)
         v = carry.v + acceleration * correction
         passed = carry._replace(t=carry.t + correction, u=carry.u + carry.v * correction, v=v, in_contact=~carry.in_contact)
@@ -175,13 +175,17 @@ class Switch(AbstractIntegrator):
         return _where(leaving, _where(carry.in_contact, passed, touching), carry)
 
 
+def _acceleration(system: System, carry: _Carry, t: _Scalar, u: _Scalar, v: _Scalar) -> _Scalar:
+    """u'' inside one sub-space, m/s^2."""
+    return system.forces(t, u, v, jnp.zeros(0, u.dtype), carry.in_contact, carry.approach_speed).acceleration
+
+
 def _dopri8(system: System, carry: _Carry, h: _Scalar):
     """State after h, and an estimate of its error, inside one sub-space."""
 
     def rates(t, y, _):
         u, v = y
-        push = jnp.where(carry.in_contact, system.contact_force(u, v, carry.approach_speed), 0.0)
-        return v, system.relative_acceleration(t, u, v, push)
+        return v, _acceleration(system, carry, t, u, v)
 
     term, solver = diffrax.ODETerm(rates), diffrax.Dopri8(scan_kind="lax")
     y = (carry.u, carry.v)

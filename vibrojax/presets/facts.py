@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import tomllib
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -210,17 +210,13 @@ def fits_labels(f_n: float, labels: Sequence[float]) -> bool:
     return all(np.any(np.abs(ratios - label) < 1e-9) for label in labels)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Band:
-    """The stable stretch of a branch z = 1/n around its start.
-
-    Attributes:
-        largest: frequency at which the peak force is largest, Hz.
-        end: upper end of stability, Hz.
-    """
+class Band(NamedTuple):
+    """The stable stretch of a branch z = 1/n around its start."""
 
     largest: float
+    """Frequency at which the peak force is largest, Hz."""
     end: float
+    """Upper end of stability, Hz."""
 
 
 @functools.cache
@@ -245,21 +241,17 @@ def band(name: str, gap: float, cycles: int) -> Band:
     return _stable_stretch(branch, frequency)
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Coexisting:
-    """Which motions were found at one place.
-
-    Attributes:
-        stays_off: whether the orbit without impacts clears the stop.
-        starts: how many initial states were run.
-        early: how many of them strike the stop after 1500 cycles.
-        late: and after 3000; fewer than `early` means that motion with impacts dies out, however slowly, and is no attractor for them.
-    """
+class Coexisting(NamedTuple):
+    """Which motions were found at one place."""
 
     stays_off: bool
+    """Whether the orbit without impacts clears the stop."""
     starts: int
+    """How many initial states were run."""
     early: int
+    """How many of them strike the stop after 1500 cycles."""
     late: int
+    """After 3000; fewer than `early` means that motion with impacts dies out, however slowly, and is no attractor for them."""
 
 
 def coexisting(preset: Preset, ratio: float, gap_ratio: float) -> Coexisting:

@@ -11,6 +11,7 @@ ours.
 
 import dataclasses
 from collections.abc import Iterator, Mapping
+from string import ascii_lowercase
 from typing import NamedTuple
 
 import jax
@@ -18,6 +19,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+from scipy.stats import binomtest
 
 from vibrojax.batch import Points, Responses, Span, integrate
 from vibrojax.batch.points import section_scales
@@ -31,8 +33,6 @@ SAME = 1e-3
 """Periodic sections that lie nearer to one another, over A0 and A0 Omega, are one: the resolution, as the cell size of Attractors.jl is."""
 _CLOUD = 256
 """Section points at most that are kept of what does not repeat."""
-CONFIDENCE = 1.96
-"""Standard deviations of a 95 % interval."""
 
 
 class Sections(NamedTuple):
@@ -103,19 +103,12 @@ def share(count: int, total: int) -> tuple[float, float, float]:
     """
     if total == 0:
         return float("nan"), float("nan"), float("nan")
-    p, z2 = count / total, CONFIDENCE**2
-    middle = (p + z2 / (2 * total)) / (1 + z2 / total)
-    half = CONFIDENCE / (1 + z2 / total) * np.sqrt(p * (1 - p) / total + z2 / (4 * total**2))
-    return p, float(min(max(middle - half, 0.0), p)), float(max(min(middle + half, 1.0), p))
+    interval = binomtest(count, total).proportion_ci(method="wilson")
+    return count / total, float(interval.low), float(interval.high)
 
 
-def orbit_distance(orbits: np.ndarray, one: np.ndarray) -> np.ndarray:
-    """Largest distance of corresponding section points, at the shift at which it is least.
-
-    Arguments:
-        orbits: section points of one period each, `(lanes, period, 2)`.
-        one: of the orbit that they are compared with, `(period, 2)`.
-    """
+def _orbit_distance(orbits: np.ndarray, one: np.ndarray) -> np.ndarray:
+    """Largest distance of corresponding section points, `(lanes, period, 2)` and `(period, 2)`, at the shift at which it is least."""
     shifted = [np.abs(orbits - np.roll(one, shift, axis=0)).max(axis=(1, 2)) for shift in range(len(one))]
     return np.min(shifted, axis=0)
 
@@ -129,7 +122,7 @@ def _groups(lanes: Sections) -> Iterator[np.ndarray]:
         left = np.flatnonzero(repeats & (impacts == p) & (lanes.period == q))
         while left.size:
             orbits = lanes.points[left, -q:]
-            near = orbit_distance(orbits, orbits[0]) < SAME
+            near = _orbit_distance(orbits, orbits[0]) < SAME
             yield left[near]
             left = left[~near]
     wild = through & ~repeats & (lanes.kind == APERIODIC) & (np.nan_to_num(lanes.lyapunov, nan=0.0) > CHAOS)
@@ -183,12 +176,8 @@ def _named(found: list[Attractor]) -> list[Attractor]:
 
 
 def _letter(number: int) -> str:
-    """1 is a, 26 z, 27 aa."""
-    text = ""
-    while number:
-        number, rest = divmod(number - 1, 26)
-        text = chr(ord("a") + rest) + text
-    return text
+    """1 is a, 26 z, 27 aa, 28 bb."""
+    return ascii_lowercase[(number - 1) % 26] * (1 + (number - 1) // 26)
 
 
 _GROWS = 2

@@ -81,7 +81,6 @@ class StrobeMap(AbstractPlaneMap):
         self.strobes = Strobes(lanes_of(rig.model, points)[0])
 
     def image(self, points: Plane) -> Plane:
-        """See `AbstractPlaneMap`."""
         u, v = self.states(self.fold(points)).T
         systems = jax.tree.unflatten(self.strobes.form, list(self.strobes.rigs)).systems
         for _ in range(self.cycles if len(points) else 0):
@@ -95,7 +94,6 @@ class StrobeMap(AbstractPlaneMap):
         return self.origin + points * self.cell
 
     def fold(self, points: Plane) -> Plane:
-        """See `AbstractPlaneMap`."""
         law = self.rig.model.law
         if not isinstance(law, AbstractInstantaneousLaw):
             return points
@@ -108,7 +106,6 @@ class StrobeMap(AbstractPlaneMap):
 
     @property
     def edge(self) -> float:
-        """See `AbstractPlaneMap`."""
         rigid = isinstance(self.rig.model.law, AbstractInstantaneousLaw)
         return float((float(self.rig.gap) - self.origin[0]) / self.cell[0]) if rigid else float("inf")
 

@@ -10,7 +10,6 @@ of chunks: so the mark of a tile is a checksum of its numbers, which every readi
 """
 
 import errno
-import fcntl
 import hashlib
 import json
 import os
@@ -22,7 +21,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibrojax.aside import made_aside
+from vibrojax.aside import locked, made_aside
 from vibrojax.errors import InputError
 from vibrojax.model_file import model_document
 from vibrojax.studies.job import Job, Tile, tiles
@@ -257,12 +256,6 @@ def _short(value: Any) -> str:
 def _locked(path: Path) -> int:
     """A lock on a folder that ends with the process."""
     try:
-        lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+        return locked(path, f"{path} is in use: expected a store that no other run works on; wait for that run, or end it")
     except OSError as error:
         raise InputError(f"{path} cannot be opened ({error.strerror}): expected the folder of a store; name another store") from error
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        os.close(lock)
-        raise InputError(f"{path} is in use: expected a store that no other run works on; wait for that run, or end it") from error
-    return lock

@@ -6,8 +6,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibrojax.studies.figures.lines import draw_bifurcation, draw_frequency_response, draw_hammer_design, draw_lyapunov, draw_section
-from vibrojax.studies.figures.maps import draw_basins, draw_basins_along, draw_peterka
-from vibrojax.studies.figures.uncertain import UNCERTAIN
+from vibrojax.studies.figures.maps import draw_basins as draw_basins
+from vibrojax.studies.figures.maps import draw_basins_along
+from vibrojax.studies.figures.maps import draw_peterka as draw_peterka
+from vibrojax.studies.figures.uncertain import UNCERTAIN as UNCERTAIN
 
 FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "response": draw_frequency_response,
@@ -20,5 +22,3 @@ FIGURES: dict[str, Callable[[xr.Dataset], Figure]] = {
     "design": draw_hammer_design,
 }
 """By the name of the command."""
-
-__all__ = ["FIGURES", "UNCERTAIN", "draw_basins", "draw_peterka"]

@@ -59,25 +59,12 @@ class Curves:
         """Whether every curve has a colour of its own."""
         return len(self.values) <= len(COLOURS)
 
-    @property
-    def colours(self) -> list[Any]:
-        """Of the curves in their order."""
-        return list(COLOURS[: len(self.values)]) if self.few else [_DARK(self._norm()(value)) for value in self.values]
-
-    @property
-    def dashes(self) -> list[Any]:
-        """Of the curves in their order; many differ in lightness alone."""
-        return list(_DASHES[: len(self.values)]) if self.few else ["-"] * len(self.values)
-
-    @property
-    def marks(self) -> list[str]:
-        """Of points that no line joins."""
-        return list(_MARKS[: len(self.values)]) if self.few else ["o"] * len(self.values)
-
-    @property
-    def names(self) -> list[str]:
-        """For the legend; empty where a bar takes its place."""
-        return [self.name.format(value) if self.few else "" for value in self.values]
+    def look(self, number: int) -> tuple[Any, Any, str, str]:
+        """Colour, dashes, mark of lone points, and name in the legend of one curve; many differ in lightness alone, and have no name."""
+        value = self.values[number]
+        if self.few:
+            return COLOURS[number], _DASHES[number], _MARKS[number], self.name.format(value)
+        return _DARK(self._norm()(value)), "-", "o", ""
 
     def draw(self, axes: Axes, number: int, x: np.ndarray, y: np.ndarray, joined: np.ndarray) -> None:
         """Draw one curve: a line where neighbours have the same motion, a mark for each point that stands alone.
@@ -89,15 +76,15 @@ class Curves:
             y: values, NaN where there is none.
             joined: whether each point is joined to the next, one fewer than points.
         """
-        colour, name = self.colours[number], self.names[number]
+        colour, dash, mark, name = self.look(number)
         breaks = 1 + np.flatnonzero(~joined)
         alone = np.isfinite(y) & ~np.append(joined, False) & ~np.append(False, joined)
         if joined.any():
             line = np.insert(np.where(alone, np.nan, y), breaks, np.nan)
-            axes.plot(np.insert(x, breaks, np.nan), line, color=colour, ls=self.dashes[number], label=name or None)
+            axes.plot(np.insert(x, breaks, np.nan), line, color=colour, ls=dash, label=name or None)
         if alone.any():
             named = None if joined.any() else name or None
-            axes.plot(x[alone], y[alone], self.marks[number], color=colour, ms=1.8, mew=0, label=named)
+            axes.plot(x[alone], y[alone], mark, color=colour, ms=1.8, mew=0, label=named)
 
     def explain(self, first: Axes, panels: Sequence[Axes]) -> None:
         """Legend above the first panel, or a bar beside all of them."""
@@ -149,7 +136,8 @@ def draw_frequency_response(data: xr.Dataset) -> Figure:
             line = part.sel({along: value}).transpose("frequency_hz", ...)
             force = np.where(line["kind"].values == FAILED, np.nan, line["impact_force"].values)
             curves.draw(axes, curve, x, force, same_motion(line))
-            _draw_beside(axes, line, "other_force", 1.0, curves.colours[curve], curves.marks[curve])
+            colour, _, mark, _ = curves.look(curve)
+            _draw_beside(axes, line, "other_force", 1.0, colour, mark)
         axes.set_ylabel(FORCE)
         force, ratio = part["impact_force"].values, part["force_over_weight"].values
         if np.any(force > 0) and "m" not in data.dims:

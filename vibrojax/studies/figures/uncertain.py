@@ -28,8 +28,9 @@ def force_curves(data: xr.Dataset) -> Figure:
     for number, value in enumerate(data[by].values):
         part = data.sel({by: value})
         part = part.squeeze([dim for dim in part["impact_force"].dims if dim not in (along, "quantile")])
-        _band(top, part[along], part["impact_force"], curves.colours[number], curves.names[number], curves.dashes[number])
-        bottom.plot(part[along], part["probability_1_1"], color=curves.colours[number], ls=curves.dashes[number])
+        colour, dash, _, name = curves.look(number)
+        _band(top, part[along], part["impact_force"], colour, name, dash)
+        bottom.plot(part[along], part["probability_1_1"], color=colour, ls=dash)
     _finish(top, bottom, data, FORCE, "probability of z = 1/1", along)
     curves.explain(top, [top, bottom])
     return figure
