@@ -6,13 +6,13 @@ The first needs no JAX; the others compute in double precision, which is the cal
 import abc
 import dataclasses
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import xarray as xr
 from rich.console import Console, RenderableType
 
-from identification.commands.run import check_converged, write_diagnosed, write_fit
+from identification.commands.run import Progress, check_converged, write_diagnosed, write_fit
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
@@ -31,10 +31,6 @@ from vibrojax.aside import filled, of_earlier_set
 from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError
 from vibrojax.model import Model
-
-Progress = Callable[[str], None]
-_WIDTH = 140
-"""Characters of a table that is shown as text."""
 
 
 class _Shown(abc.ABC):
@@ -66,15 +62,15 @@ class _Shown(abc.ABC):
         return path / "report.html"
 
     def __repr__(self) -> str:
-        console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, color_system=None)
-        with console.capture() as capture:
-            console.print(self._tables())
-        return capture.get()
+        return self._printed().export_text()
 
     def _repr_html_(self) -> str:
-        console = Console(file=io.StringIO(), width=_WIDTH, highlight=False, force_jupyter=False, record=True)
+        return self._printed().export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
+
+    def _printed(self) -> Console:
+        console = Console(file=io.StringIO(), width=140, highlight=False, force_jupyter=False, record=True)
         console.print(self._tables())
-        return console.export_html(inline_styles=True, code_format='<pre style="line-height:1.3">{code}</pre>')
+        return console
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

@@ -19,7 +19,7 @@ from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.estimation.simulate import simulate_record
 from identification.experiment import Experiment, ExperimentError, load_experiment
-from identification.guesses.declared_model import check_compared_wishes, check_law, check_laws, check_smoothing, nominal_model
+from identification.guesses.declared_model import check_compared_wishes, check_law, check_laws, nominal_model
 from identification.report import diagnosis_summary, fit_summary, write_diagnosis_report, write_report
 from identification.report.base import SCREEN, PageStyle
 from identification.report.laws import FILE_NAME as LAWS_FILE
@@ -84,19 +84,16 @@ def run_fit(
     `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
     """
     chosen: dict[str, Any] = {"law": law, "compare": compare, "effects": effects, "terms": terms, "starts": starts}
-    check_choices(**chosen, earlier=earlier, reference=reference, draws=draws)
-    effects, own = tuple(dict.fromkeys(effects)), read_terms(terms, starts)
-    known = {} if earlier is None else read_estimates(earlier)
+    effects = tuple(dict.fromkeys(effects))
+    own, known, table = check_choices(**chosen, earlier=earlier, reference=reference, draws=draws)
     progress("reading the records")
     loaded = _loaded(experiment, progress)
     if compare:
         check_compared_wishes(loaded, compare)
-    table = None if reference is None else read_reference(reference)
     more: dict[str, Any] = {"seed": seed, "smoothing": smoothing, "draws": draws, "with_profiles": with_profiles}
 
     def fitted(law: str | None, said: Progress) -> FitResult:
         model = nominal_model(loaded, law)
-        check_smoothing(model.law, smoothing)
         units = _units(model, effects, own)
         if table is not None:
             check_reference(table, units)
@@ -137,20 +134,20 @@ def check_choices(
     earlier: Path | None,
     reference: Path | None,
     draws: int | None,
-) -> None:
-    """Raise `ExperimentError` or `InputError` where the options of `run_fit` suit no experiment at all: names and files."""
+) -> tuple[tuple[Formula, ...], dict[str, tuple[float, str]], Reference | None]:
+    """What the options of `run_fit` name: terms, values of an earlier fit with their units, and reference values.
+
+    Raises `ExperimentError` or `InputError` where they suit no experiment at all.
+    """
     among_effects(only=effects)
-    read_terms(terms, starts)
     if draws is not None:
         check_extra()
     if law is not None:
         check_law(law)
     if compare:
         check_laws(compare)
-    if earlier is not None:
-        read_estimates(earlier)
-    if reference is not None:
-        read_reference(reference)
+    known = {} if earlier is None else read_estimates(earlier)
+    return read_terms(terms, starts), known, None if reference is None else read_reference(reference)
 
 
 def _started_from(file: Path, known: Mapping[str, tuple[float, str]], units: Mapping[str, str], experiment: Experiment) -> StartedFrom:
@@ -214,11 +211,7 @@ def check_converged(result: FitResult) -> None:
 
 
 def write_fit(
-    result: FitResult,
-    folder: Path,
-    reference: Reference | None = None,
-    style: PageStyle = SCREEN,
-    progress: Progress = lambda stage: None,
+    result: FitResult, folder: Path, reference: Reference | None = None, style: PageStyle = SCREEN, progress: Progress = lambda stage: None
 ) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
@@ -324,11 +317,4 @@ def run_simulate(model: Path, experiment: Path, folder: Path, *, out: Path | Non
         series = simulate_record(fitted, record, as_recorded=as_recorded)
         table, header = np.stack(list(series.values()), axis=1), ",".join(series)
         formats = ["%.17g"] + ["%.10g"] * (table.shape[1] - 1)  # time stamps may lie far from zero
-        np.savetxt(
-            folder / f"{record.stem}.csv",
-            table,
-            fmt=formats,
-            delimiter=",",
-            header=header,
-            comments="",
-        )
+        np.savetxt(folder / f"{record.stem}.csv", table, fmt=formats, delimiter=",", header=header, comments="")

@@ -26,10 +26,7 @@ FACTORS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": POUND_FORCE, "kip": 1e3 * POUND_FORCE, "kgf": STANDARD_GRAVITY, "V": 1.0},
     "frequency": {"Hz": 1.0, "kHz": 1e3, "rpm": 1.0 / 60.0, "rad/s": 0.5 / pi},
 }
-OUTPUTS: dict[str, dict[str, float]] = {
-    "voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
-    "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6},
-}
+OUTPUTS: dict[str, dict[str, float]] = {"voltage": {"V": 1.0, "mV": 1e-3, "uV": 1e-6}, "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6}}
 """Of sensors, which a `Sensitivity` turns into what they measure."""
 SI_UNITS = {"displacement": "m", "time": "s", "acceleration": "m/s^2", "angle": "rad", "force": "N", "frequency": "Hz"}
 _UNITS = FACTORS | OUTPUTS
@@ -38,7 +35,7 @@ _EVERY_UNIT = frozenset(unit for table in _UNITS.values() for unit in table)
 # Of columns that are no channel.
 OTHERS = frozenset(("%", "°C", "K", "Pa", "kPa", "MPa", "bar", "kg", "Nm", "1", "um/m", "m/s", "mm/s"))
 # As programs of National Instruments, oscilloscopes and makers of front ends write them out, in lower case.
-SPELLINGS = {
+_SPELLINGS = {
     "m": ("meter", "meters"),
     "mm": ("millimeter", "millimeters"),
     "um": ("micrometer", "micrometers", "micron", "microns"),
@@ -64,7 +61,7 @@ SPELLINGS = {
     "in/s^2": ("in/s2",),
     "ft/s^2": ("ft/s2",),
 }
-_SPELT = {spelling: unit for unit, spellings in SPELLINGS.items() for spelling in spellings}
+_SPELT = {spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings}
 
 
 NEAR = 0.1
@@ -81,7 +78,7 @@ _WORDS = frozenset(("in", "min", "s", "V", "A"))
 def factor_to_si(unit: str, dimension: str, where: str) -> float:
     """Find the factor that turns numbers in `unit` into SI.
 
-    Compatibility forms are one unit: the two micro signs and "u", "²" for "^2", and the spellings of `SPELLINGS`. The dimension is one of
+    Compatibility forms are one unit: the two micro signs and "u", "²" for "^2", and the spellings of `_SPELLINGS`. The dimension is one of
     `FACTORS`, or "voltage" or "current" of a sensor's output; `where` is the place in the experiment file, for the message.
 
     Raises:
@@ -213,29 +210,21 @@ CHANNELS: dict[str, str] = {
 }
 MOTION_CHANNELS = ("relative_displacement", "hammer_displacement")
 CART_CHANNELS = ("cart_displacement", "cart_acceleration")
+AT_REST, STRUCK = ("drop-test", "free-decay"), ("drop-test", "cart-excitation")
+"""Kinds in which the cart rests, unless its motion was measured; those in which the hammer strikes from free flight."""
 KINDS = ("drop-test", "cart-excitation", "free-decay", "forced", "prescribed")
-
-
-def means_time(column: str) -> bool:
-    """Whether a column's name says that it holds time stamps, in English, German or Portuguese.
-
-    Example:
-        >>> means_time("Zeit  1 - Messrate [s]"), means_time("t_ms"), means_time("Impact")
-        (True, True, False)
-    """
-    bare = re.sub(r"[\W_\d]+", " ", re.split(r"[\[(]", column.lower())[0]).strip()
-    return bare in TIME_SYMBOLS or not TIME_WORDS.isdisjoint(bare.split())
 
 
 def is_time(column: str, unit: str | None) -> bool:
     """Whether a column holds time stamps, by its name or by its unit, which the file or the name states, or which is its name.
 
     Example:
-        >>> is_time("Elapsed [ms]", None), is_time("X", "s"), is_time("ms", None), is_time("Index", None)
+        >>> is_time("Zeit  1 - Messrate", None), is_time("Elapsed [ms]", None), is_time("X", "s"), is_time("Index", None)
         (True, True, True, False)
     """
-    stated = unit or unit_text(column) or column
-    return means_time(column) or _canonical(stated) in FACTORS["time"]
+    bare = re.sub(r"[\W_\d]+", " ", re.split(r"[\[(]", column.lower())[0]).strip()
+    said = bare in TIME_SYMBOLS or not TIME_WORDS.isdisjoint(bare.split())
+    return said or _canonical(unit or unit_text(column) or column) in FACTORS["time"]
 
 
 def si_unit(channel: str) -> str:
@@ -251,8 +240,6 @@ def si_unit(channel: str) -> str:
 _TEXT = re.compile(r"(?P<value>\d*\.?\d+(?:[eE][+-]?\d+)?)\s*(?P<output>[^\s\d./]+)\s*/\s*(?:\((?P<inner>.+)\)|(?P<plain>.+))")
 _EXAMPLES = {"force": "11.2 mV/N", "acceleration": "100 mV/g", "displacement": "0.8 V/mm"}
 """By dimension."""
-_SMALLEST = 1e-30
-"""V or A for one SI unit; no sensor has less, nor more than its inverse."""
 
 
 def example(dimension: str, output: str) -> str:
@@ -290,9 +277,9 @@ class Sensitivity:
             >>> read_sensitivity("10 mV/N", "force", "[sensors.impact_force]").factor("V", "")
             100.0
         """
-        kind = output_of(self.unit)
-        if kind is None or output_of(unit) != kind:
-            known = listed(OUTPUTS[kind] if kind else ())
+        kind = output_of(self.unit) or "voltage"
+        if output_of(unit) != kind:
+            known = listed(OUTPUTS[kind])
             raise ExperimentError(
                 f"unit {shown(unit)} in {where} does not suit the sensitivity of {self.text}: expected one of the sensor's output, that is "
                 f"{known}; correct the unit, or take the sensitivity out where the numbers are what it measures"
@@ -326,7 +313,7 @@ def read_sensitivity(text: str, dimension: str, where: str) -> Sensitivity:
             'multiply it by the supply and divide by the full scale, for 2 mV/V at 10 V and 500 N write "0.04 mV/N"'
         )
     per_si = value * factor_to_si(found["output"], kind, where) / factor_to_si(measured, dimension, f"the sensitivity of {where}")
-    if not _SMALLEST < per_si < 1.0 / _SMALLEST:
+    if not 1e-30 < per_si < 1e30:  # V or A for one SI unit
         raise ExperimentError(f"sensitivity in {where} is {shown(text)}: expected one that a sensor can have; write it as on its sheet")
     return Sensitivity(text=text.strip(), unit=found["output"], per_si=per_si)
 

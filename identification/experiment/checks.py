@@ -12,8 +12,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float64
+from scipy.constants import g
 
-from identification.experiment.channels import CART_CHANNELS, MOTION_CHANNELS, NEAR, STANDARD_GRAVITY, is_stand_in, mistaken_unit, si_unit
+from identification.experiment.channels import AT_REST, CART_CHANNELS, MOTION_CHANNELS, NEAR, is_stand_in, mistaken_unit, si_unit
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.experiment import Record, Sensor
 from identification.experiment.samples import find_saturation
@@ -47,21 +48,13 @@ MISTAKEN = {
     1e-6: 'as if its time stamps were in s and not in us; set time_unit = "s" in the record',
 }
 """What a set frequency may be that is so many times that of the cart."""
-AT_REST = ("drop-test", "free-decay")
-"""Kinds in which the cart rests."""
 SURE = 5.0
 """Standard errors beyond which a coefficient of many samples has a sign, or a factor is the same in all records."""
-DRIVEN = 0.1
-"""Motion of the cart over that of the hammer below which it may be the recoil of a yielding frame."""
 EXCHANGE = "exchange the two in 'columns' of the record"
 FAR = 10.0
 """Beyond this ratio of impact force to inertia no calibration is off: mass or unit is wrong."""
-SLIPS = (1e3, 1e-3, 1e6, 1e-6, STANDARD_GRAVITY, 1.0 / STANDARD_GRAVITY)
-"""Of units that are easily mistaken in a sensitivity."""
 SLIP = 5e-3
 """m: a gap that was set wrong by more is no setting error, which a fit estimates with a standard deviation of a millimetre."""
-COMMON = 0.75
-"""Coherence of the noise of two channels above which one is computed from the other; two sensors have a coherence near 0."""
 ONE_MOTION = (ONE_BODY[0], ("relative_displacement", "hammer_acceleration"), ONE_BODY[1])
 """Channels of which one may be computed from the other."""
 
@@ -108,7 +101,7 @@ def check_drive(record: Record, declared: Declared) -> Iterator[Finding]:
     whole, first, second = (fit_sine(time[part], values[part]) for part in (slice(None), slice(middle), slice(middle, None)))
     if whole is None or first is None or second is None:
         return
-    explained = whole.share > MOSTLY_SINE and sine_at(time, values, asked)[1] < MOSTLY_SINE
+    explained = whole.share > MOSTLY_SINE and sine_at(time, values, asked)[2] < MOSTLY_SINE
     if not explained or abs(whole.frequency - asked) <= 2.0 * abs(second.frequency - first.frequency):
         return
     given = (
@@ -200,7 +193,7 @@ def _check_rest(record: Record) -> Iterator[Finding]:
                 f"and {moved:.3g} beyond the noise): expected a cart at rest in a {record.kind}; {EXCHANGE}, or set kind = "
                 '"cart-excitation"'
             )
-        sine = fit_sine(record.time, cart) if rested > DRIVEN * moved else None
+        sine = fit_sine(record.time, cart) if rested > 0.1 * moved else None  # less may be the recoil of a yielding frame
         if sine is not None and sine.share > MOSTLY_SINE and is_steady(record.time, cart, sine.frequency):
             yield Finding(
                 f"in record {shown(record.file)} cart_{quantity} is a sine of {sine.rounded:.6g} Hz: expected a cart at rest in a "
@@ -227,7 +220,7 @@ def check_scales(record: Record, declared: Declared) -> Iterator[Finding]:
             )
         mass = ", or mass in [hammer]" if one == "impact_force" else ""
         through = declared.through & {one, other}
-        if through and any(abs(ratio / slip - 1.0) < NEAR for slip in SLIPS):
+        if through and any(abs(ratio / slip - 1.0) < NEAR for slip in (1e3, 1e-3, 1e6, 1e-6, g, 1.0 / g)):
             where = " or ".join(f"{'sensitivity or ' if name in through else ''}unit in [sensors.{name}]" for name in (one, other))
             yield _slip(record, one, gives.format(other), ratio, f", a factor between units: expected one motion; correct {where}{mass}")
         for channel, partner, factor in ((one, other, ratio), (other, one, 1.0 / ratio)) if not through else ():
@@ -338,8 +331,7 @@ def first_finding(record: Record, declared: Declared) -> Finding | None:
 def all_findings(record: Record, declared: Declared) -> Iterator[Finding]:
     """What is found in one record alone, before it is part of an experiment; saturation apart, which is a fact of a column."""
     first = first_finding(record, declared)
-    yield from () if first is None else (first,)
-    yield from () if first is not None else check_calibrations([record], declared.mass)
+    yield from check_calibrations([record], declared.mass) if first is None else [first]
     for pair in ONE_MOTION:
         yield from (finding for _, finding in check_computed(record, pair))
 
@@ -398,7 +390,7 @@ def check_computed(record: Record, pair: tuple[str, str]) -> Iterator[tuple[str,
     if _is_judged(record, pair):
         common, white = noise_coherence(*(record.channels[name] for name in pair))
         source, computed = pair if white[0] >= white[1] else pair[::-1]  # the source has the whiter noise
-        if common > COMMON:
+        if common > 0.75:  # of two sensors it is near 0
             sentence = f"{computed}: computed from {source}, whose noise it shares (coherence {common:.2f}); it is not used, because the "
             yield computed, Finding(sentence + "same measurement would count twice.")
 

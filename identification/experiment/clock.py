@@ -18,12 +18,6 @@ MIN_SAMPLES = 16
 IRREGULAR_SPREAD = 0.01
 COARSEST_ROUNDING = 1e-5
 """Of a sampling step: time stamps of double precision, counted from a far origin such as 1970, are rounded to more than that."""
-SAME_RATE = 0.01
-"""Relative: a declared sampling rate and that of the stamps differ by less, whatever the clocks."""
-_BESIDE = 64
-"""Stamps before and after a pause of which the lateness is compared."""
-LOST_SHARE = 0.5
-"""Of a pause: stamps that stay later than before it by more than this share of it show that samples were lost in it."""
 LONG = 1.5
 """Of the median step: one that is longer is a pause."""
 Stamps = Float64[np.ndarray, " samples"]
@@ -54,9 +48,16 @@ def timed(
     """Time, s, and channels by what a record declares of its stamps and its sampling rate, Hz, if it does; and notices on what was done."""
     kept, said = dict(channels), []
     if settings.stretch is not None:
-        part, notice = chosen_stretch(time, settings.stretch, where)
+        parts, number = stretches(time), settings.stretch
+        if number > len(parts) or len(parts) == 1:
+            has = "never steps back" if len(parts) == 1 else f"has {len(parts)} stretches"
+            raise ExperimentError(f"stretch of {where} is {number} and its clock {has}: expected one of them; correct or remove it")
+        part = parts[number - 1]
+        said.append(
+            f"The clock steps back and parts {len(parts)} stretches; used is stretch {number}, sample {part.start + 1} "
+            f"({time[part.start]:.6g} s) to {part.stop} ({time[part.stop - 1]:.6g} s)."
+        )
         time, kept = time[part], {name: values[part] for name, values in kept.items()}
-        said.append(notice)
     if settings.rebuild:
         time, notice = rebuilt(time, rate, where)
         said.append(notice)
@@ -182,7 +183,7 @@ def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
             f"rebuild_time of {where} is set and its clock steps back at {at:.6g} s: expected stamps that grow or repeat; choose one of "
             "the stretches with stretch = 1 or 2 in the record"
         )
-    if rate is not None and abs(slope * rate - 1.0) > SAME_RATE:
+    if rate is not None and abs(slope * rate - 1.0) > 0.01:  # clocks differ by less
         raise ExperimentError(
             f"sampling_frequency of {where} is {rate:.6g} Hz, and its time stamps come at {1.0 / slope:.6g} Hz: expected one rate; correct "
             "it, or remove it to rebuild the time at the rate of the stamps"
@@ -199,16 +200,16 @@ def rebuilt(time: Stamps, rate: float | None, where: str) -> tuple[Stamps, str]:
 
 
 def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> None:
-    """Refuse stamps that stay late after a pause longer than most: a late stamp is caught up with, a lost sample is not.
+    """Refuse stamps that stay late, by half of it, after a pause longer than most: a late stamp is caught up with, a lost sample is not.
 
-    How late is a step in a straight line through the stamps at both sides, of blocks the first ones, by least squares.
+    How late is a step in a straight line through 64 stamps at either side, of blocks the first ones, by least squares.
     """
     firsts = np.concatenate([[0], np.flatnonzero(np.diff(time)) + 1])
     time, phase = time[firsts], phase[firsts]
     pauses = np.diff(time)
     beyond = pauses - np.median(pauses) if pauses.size else pauses
-    for at in np.flatnonzero(beyond > LOST_SHARE * step):
-        part = slice(max(0, at + 1 - _BESIDE), at + 1 + _BESIDE)
+    for at in np.flatnonzero(beyond > 0.5 * step):
+        part = slice(max(0, at - 63), at + 65)
         later = np.arange(time.size)[part] > at
         if min(later.sum(), (~later).sum()) < MIN_SAMPLES:
             continue
@@ -216,7 +217,7 @@ def _check_none_lost(time: Stamps, phase: Stamps, step: float, where: str) -> No
         found, *_ = np.linalg.lstsq(columns, phase[part])
         spread = np.std(phase[part] - columns @ found) * np.sqrt(np.linalg.inv(columns.T @ columns)[2, 2])
         late = float(found[2])
-        if late > max(LOST_SHARE * beyond[at], 4.0 * spread):
+        if late > max(0.5 * beyond[at], 4.0 * spread):
             raise ExperimentError(
                 f"rebuild_time of {where} is set and its stamps stay {late:.4g} s late after {time[at]:.6g} s: expected samples that came "
                 "evenly, some seem to be lost there; cut the record with crop, use its stamps as they are, or, where the intervals only "
@@ -297,24 +298,6 @@ def steps_back(time: Stamps) -> bool:
     if back.size == 0 or forward.size == 0 or bool((steps[back + 1] > LONG * np.median(forward)).any()):
         return False
     return bool(np.diff(np.sort(time)).min() < (1.0 - IRREGULAR_SPREAD) * forward.min())
-
-
-def chosen_stretch(time: Stamps, number: int, where: str) -> tuple[slice, str]:
-    """The samples of one stretch, counted from 1, of a clock that steps back, and a notice; refused is a number that there is not."""
-    parts = stretches(time)
-    if number > len(parts) or len(parts) == 1:
-        has = "never steps back" if len(parts) == 1 else f"has {len(parts)} stretches"
-        raise ExperimentError(f"stretch of {where} is {number} and its clock {has}: expected one of them; correct or remove it")
-    part = parts[number - 1]
-    return part, (
-        f"The clock steps back and parts {len(parts)} stretches; used is stretch {number}, sample {part.start + 1} "
-        f"({time[part.start]:.6g} s) to {part.stop} ({time[part.stop - 1]:.6g} s)."
-    )
-
-
-def longest_stretch(time: Stamps) -> int:
-    """Number, from 1, of the stretch with most samples."""
-    return 1 + int(np.argmax([part.stop - part.start for part in stretches(time)]))
 
 
 def _of_backwards(time: Stamps) -> str:

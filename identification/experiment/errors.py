@@ -5,8 +5,6 @@ from collections.abc import Iterable
 
 from vibrojax.errors import shown as shown
 
-_LONGEST_WORD = 60
-
 
 class ExperimentError(ValueError):
     r"""An experiment or one of its records is not as the format asks.
@@ -57,6 +55,6 @@ def listed(words: Iterable[str], most: int = 20) -> str:
         >>> listed(["m", "mm"]), listed([])
         ('m, mm', 'none')
     """
-    every = [word if word.isprintable() and len(word) <= _LONGEST_WORD else shown(word) for word in words]
+    every = [word if word.isprintable() and len(word) <= 60 else shown(word) for word in words]
     rest = len(every) - most
     return (", ".join(every[:most]) or "none") + (f" and {rest} more" if rest > 0 else "")

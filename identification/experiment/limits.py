@@ -1,7 +1,7 @@
 """What a file from elsewhere may claim, and where it may lie: the defence against damaged files and those made to do harm.
 
 Readers refuse, before they allocate, more samples, memory or text than a record can have (`check_samples`, `check_claim`, `check_shape`,
-`check_numeric`, `text_limit`); the process that reads for compiled libraries has limits on memory and time (`limit_process`); TOML is short
+`check_numeric`); the process that reads for compiled libraries has limits on memory and time (`limit_process`); TOML is short
 and shallow (`parse_limited`); and a record lies inside its experiment's folder (`record_path`).
 """
 
@@ -21,11 +21,6 @@ MAX_SAMPLES = 50_000_000
 MAX_TEXT_BYTES = 4 * 2**30
 LARGEST = math.sqrt(sys.float_info.max / MAX_SAMPLES) / 2**16
 """A larger number counts as missing: units, differences and sums of squares of up to this one stay finite in double precision."""
-MAX_RATIO, FREE_BYTES = 100, 64 * 2**20
-"""A measured signal carries noise and never shrinks a hundredfold; small files are let through whatever their ratio."""
-FREE_SECONDS, BYTES_PER_SECOND = 15, 1_000_000
-FREE_MEMORY, COPIES = 2**30, 3
-"""Of a file that is read in a process of its own: what libraries take to start with, and far more than any of them needs for a byte."""
 MAX_BYTES = 4_000_000
 """Of a TOML text: some ten thousand records."""
 MOST_PARTS = 16
@@ -63,24 +58,19 @@ def check_numeric(dtype: np.dtype, name: str) -> None:
         raise ExperimentError(f"column {shown(name)} holds {dtype}: expected integers or real numbers; store it as float64")
 
 
-def text_limit(stored_bytes: int, *, packed: bool = False) -> int:
-    """Bytes that a text file may have, unfolded where it is packed."""
-    return min(MAX_TEXT_BYTES, allowed_bytes(stored_bytes)) if packed else MAX_TEXT_BYTES
-
-
 def allowed_bytes(stored_bytes: int) -> int:
-    """Bytes that a file of so many may unfold to."""
-    return max(FREE_BYTES, MAX_RATIO * stored_bytes)
+    """Bytes that a file of so many may unfold to: a measured signal never shrinks a hundredfold, and small files are let through."""
+    return max(64 * 2**20, 100 * stored_bytes)
 
 
 def allowed_seconds(stored_bytes: int) -> int:
-    """Processor time that reading a file of so many bytes may take, s."""
-    return FREE_SECONDS + stored_bytes // BYTES_PER_SECOND
+    """Processor time that reading a file of so many bytes may take, s: libraries take some to start with, and far less for a byte."""
+    return 15 + stored_bytes // 1_000_000
 
 
 def allowed_memory(stored_bytes: int) -> int:
     """Bytes of memory that reading a file may take: some copies of what it may unfold to."""
-    return FREE_MEMORY + COPIES * allowed_bytes(stored_bytes)
+    return 2**30 + 3 * allowed_bytes(stored_bytes)
 
 
 def limit_process(stored_bytes: int) -> None:

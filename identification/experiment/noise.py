@@ -11,10 +11,6 @@ from identification.experiment.channels import CHANNELS, si_unit
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.experiment import Record, Sensor
 
-ORDER = 8
-MIN_DIFFERENCES = 8
-LEVELS_FROM = 1_000_000
-LEVELS_SHARE = 0.5
 MAD_TO_STD = 1.4826022185056018
 
 
@@ -38,11 +34,11 @@ def estimate_noise(values: Float64[np.ndarray, " samples"]) -> float | None:
         >>> round(estimate_noise(rng.normal(0.0, 2.0, 20_000)), 1)
         2.0
     """
-    differences = np.diff(values, ORDER) if values.size > ORDER else np.empty(0)
+    differences = np.diff(values, 8) if values.size > 8 else np.empty(0)
     differences = differences[np.isfinite(differences)]
-    if differences.size < MIN_DIFFERENCES:
+    if differences.size < 8:
         return None
-    spread = MAD_TO_STD * float(np.median(np.abs(differences))) / sqrt(comb(2 * ORDER, ORDER))
+    spread = MAD_TO_STD * float(np.median(np.abs(differences))) / sqrt(comb(16, 8))
     step = _smallest_change(values) if spread == 0.0 else quantisation_step(values)
     estimate = max(spread, step / sqrt(12.0))
     return estimate if estimate > 0.0 and np.isfinite(estimate) else None
@@ -50,9 +46,9 @@ def estimate_noise(values: Float64[np.ndarray, " samples"]) -> float | None:
 
 def quantisation_step(values: Float64[np.ndarray, " samples"]) -> float:
     """Distance of the closest two levels of a channel, if its samples repeat so often that there are levels; else 0."""
-    usable = values[np.isfinite(values)][:LEVELS_FROM]
+    usable = values[np.isfinite(values)][:1_000_000]
     levels = np.unique(usable)
-    return float(np.diff(levels).min()) if 1 < levels.size < LEVELS_SHARE * usable.size else 0.0
+    return float(np.diff(levels).min()) if 1 < levels.size < 0.5 * usable.size else 0.0
 
 
 def _smallest_change(values: Float64[np.ndarray, " samples"]) -> float:
@@ -64,10 +60,6 @@ def _smallest_change(values: Float64[np.ndarray, " samples"]) -> float:
 
 Estimates = dict[str, float | None]
 """Of the noise of one record, by channel whose noise is not declared."""
-# Below this share of the channel's span no measurement is that quiet.
-COMPUTED = 1e-7
-# A quantisation that raises the noise by more than this factor is reported.
-REPORTED = 1.02
 
 
 def with_noise(records: Sequence[Record], sensors: dict[str, Sensor], *, needed: bool = True) -> tuple[Record, ...]:
@@ -115,11 +107,11 @@ def _noise_of(
     if declared is not None:
         step, gain = _sensed(record, channel)[1], record.sensed[channel].gain if channel in record.sensed else 1.0
         total = hypot(declared * gain, step / sqrt(12.0))
-        if total <= REPORTED * declared * gain:
+        if total <= 1.02 * declared * gain:  # not worth a word
             return total, ""
         return total, f"its steps of {step:.3g} {unit} raise the declared noise from {declared * gain:.3g} to {total:.3g} {unit}."
     if (estimate := own[channel]) is not None:
-        if estimate >= COMPUTED * float(np.nanmax(values) - np.nanmin(values)):
+        if estimate >= 1e-7 * float(np.nanmax(values) - np.nanmin(values)):  # no measurement is quieter
             return estimate, ""
         return estimate, f"so little noise looks computed, not measured; declare 'noise' in [sensors.{channel}]."
     alike = [other for other in sensors if CHANNELS[other] == CHANNELS[channel] and other != channel]

@@ -61,23 +61,8 @@ def _stretches(mask: Bool[np.ndarray, " samples"], time: Float64[np.ndarray, " s
     )
 
 
-MIN_RUN, MIN_RUNS = 4, 2
-"""Samples of a stretch, and stretches, at one level that count as saturation."""
-STEEP_STEPS = 8.0
-"""A smooth crest that quantisation flattens for four samples falls by about three steps within two more; a cut one falls faster."""
-FEW_LEVELS = 2
-"""At which neighbours may be alike in a channel that is not quantised, such as one that rests."""
-BASELINE_SHARE, BASELINE_NEAR_ZERO = 0.5, 0.02
-SAMPLED_DIGITS = 1000
-BUTTERWORTH_ORDER = 4
-"""Of the low-pass, run forwards and backwards: no phase, and half the amplitude at the cut-off."""
-KAISER, TAPS = 10.0, 40
-"""Shape and length, over the ratio of the rates, of the linear-phase filter before a change of rate: it keeps amplitudes to 1e-5 up
-to 0.84 of the new half rate, halves them there, and takes them to 1e-5 from 1.16 of it on."""
 BINS = 2048
 """Frequencies at which the power that filters let pass is added up."""
-FINEST_RATIO = 1000
-"""Largest numerator or denominator of the ratio of two sampling rates."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,10 +85,10 @@ class Saturation:
 
 
 def find_saturation(values: Samples) -> tuple[Saturation, ...]:
-    """Look for repeated runs at exactly a channel's largest or smallest value, entered or left steeply.
+    """Look for two or more runs of four samples at exactly a channel's largest or smallest value, entered or left steeply.
 
     Not taken for saturation: a level near zero or one that holds half of all samples (a channel at rest), and crests or rest levels that
-    only quantisation makes flat. At most one finding for either side.
+    only quantisation makes flat: such a crest falls by about three steps within two samples. At most one finding for either side.
 
     Example:
         >>> wave = np.sin(np.linspace(0.0, 20.0, 200))
@@ -118,16 +103,16 @@ def find_saturation(values: Samples) -> tuple[Saturation, ...]:
     for side, signed in (("largest", values), ("smallest", -values)):
         peak = float(np.nanmax(signed))
         at = signed == peak
-        if abs(peak) <= BASELINE_NEAR_ZERO * span or at.sum() >= BASELINE_SHARE * finite.size:
+        if abs(peak) <= 0.02 * span or at.sum() >= 0.5 * finite.size:
             continue
         first, past = runs_of(at)
-        long = past - first >= MIN_RUN
-        if long.sum() < MIN_RUNS:
+        long = past - first >= 4
+        if long.sum() < 2:
             continue
         padded = np.concatenate(([np.nan, np.nan], signed, [np.nan, np.nan]))  # how far it falls within two samples of a run
         fall = np.fmax(np.nan_to_num(peak - padded[first], nan=0.0), np.nan_to_num(peak - padded[past + 3], nan=0.0))
-        steep = long & (fall > STEEP_STEPS * _resolution(finite, abs(peak)))
-        if steep.sum() >= MIN_RUNS:
+        steep = long & (fall > 8.0 * _resolution(finite, abs(peak)))
+        if steep.sum() >= 2:
             level, samples = peak if side == "largest" else -peak, int((past - first)[steep].sum())
             found.append(Saturation(level=level, side=side, runs=int(steep.sum()), samples=samples, first=int(first[steep][0])))
     return tuple(found)
@@ -136,11 +121,11 @@ def find_saturation(values: Samples) -> tuple[Saturation, ...]:
 def _resolution(finite: Float64[np.ndarray, " usable"], size: float) -> float:
     """Step between neighbouring values of about `size`: that of the quantisation, or of the digits the numbers were printed with.
 
-    Where neighbours are alike at most levels, it is that of these: the few others may be means.
+    Where neighbours are alike at most levels, it is that of these: the few others may be means. At two they may be in any resting channel.
     """
     alike, every = np.unique(finite[1:][np.diff(finite) == 0.0])[1:-1], np.unique(finite)
-    levels = np.diff(alike if alike.size > FEW_LEVELS and 2 * alike.size > every.size else every)
-    sample = finite[:: max(1, finite.size // SAMPLED_DIGITS)]
+    levels = np.diff(alike if alike.size > 2 and 2 * alike.size > every.size else every)
+    sample = finite[:: max(1, finite.size // 1000)]
     digits = max(len(f"{abs(value):.11e}".partition("e")[0].replace(".", "").rstrip("0")) for value in sample)
     return max(float(levels.min()), 10.0 ** (np.floor(np.log10(size)) - digits + 1))
 
@@ -177,7 +162,7 @@ def prepared(
             raise ExperimentError(f"{given}: expected less than half its sampling rate, {0.5 * rate:.6g} Hz; lower it")
         if asked.lowpass <= slowest:  # below it a record holds nothing but its mean
             raise ExperimentError(f"{given}: expected more than one over its duration, {slowest:.6g} Hz; raise it")
-        sos: Any = butter(BUTTERWORTH_ORDER, asked.lowpass, fs=rate, output="sos")
+        sos: Any = butter(4, asked.lowpass, fs=rate, output="sos")  # run both ways: no phase, and half the amplitude at the cut-off
         channels = {name: np.asarray(sosfiltfilt(sos, bridged(time, values))) for name, values in channels.items()}
         power = power * np.abs(np.asarray(sosfreqz(sos, BINS)[1])) ** 4
         lost = {name: _widened(values, round(0.5 * rate / asked.lowpass)) for name, values in lost.items()}
@@ -245,8 +230,8 @@ def _widened(lost: Bool[np.ndarray, " _"], reach: int) -> Bool[np.ndarray, " _"]
 def _ratio(wanted: float, time: Samples, where: str) -> Fraction:
     """The wanted sampling rate, Hz, over that of the record."""
     rate = (time.size - 1) / float(time[-1] - time[0])
-    ratio = Fraction(wanted / rate).limit_denominator(FINEST_RATIO)
-    if not 0 < ratio.numerator <= FINEST_RATIO:
+    ratio = Fraction(wanted / rate).limit_denominator(1000)
+    if not 0 < ratio.numerator <= 1000:
         raise ExperimentError(
             f"resample of {where} is {wanted:g} Hz, and it comes at {rate:.6g} Hz: expected a rate nearer to that; correct it"
         )
@@ -258,7 +243,8 @@ def _resampled(
 ) -> tuple[Samples, dict[str, Samples], dict[str, Any], Samples]:
     """Channels at another rate, low-passed at half of the lower one; uneven samples are first put onto even ones by cubic splines.
 
-    The last value is what passes of the power at frequencies from 0 to half the record's own rate.
+    The last value is what passes of the power at frequencies from 0 to half the record's own rate. The linear-phase filter keeps amplitudes
+    to 1e-5 up to 0.84 of the new half rate, halves them there, and takes them to 1e-5 from 1.16 of it on.
     """
     rate, (up, down) = (time.size - 1) / float(time[-1] - time[0]), ratio.as_integer_ratio()
     even = time[0] + np.arange(time.size) / rate
@@ -266,7 +252,7 @@ def _resampled(
     if ratio == 1:
         return even, onto, lost, np.ones(BINS)
     slower = max(up, down)
-    window: Any = firwin(TAPS * slower + 1, 1.0 / slower, window=("kaiser", KAISER))  # type: ignore[arg-type]
+    window: Any = firwin(40 * slower + 1, 1.0 / slower, window=("kaiser", 10.0))  # type: ignore[arg-type]
     onto = {name: np.asarray(resample_poly(values, up, down, window=window, padtype="line")) for name, values in onto.items()}
     stamps = time[0] + np.arange(next(iter(onto.values())).size) / (rate * float(ratio))
     nearest = np.clip(np.rint((stamps - time[0]) * rate).astype(int), 0, time.size - 1)

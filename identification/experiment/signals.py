@@ -6,38 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Float64
 from scipy import stats
+from scipy.optimize import least_squares
 from scipy.signal import coherence, detrend, welch
 from scipy.signal.windows import hann
 
-from identification.experiment.channels import MOTION_CHANNELS
+from identification.experiment.channels import MOTION_CHANNELS, STRUCK
 from identification.experiment.experiment import Record
 from identification.experiment.noise import MAD_TO_STD, estimate_noise
 from identification.experiment.samples import runs_of
+from identification.experiment.weak_form import robust_regression, weak_integrals
 
-ITERATIONS = 12
-"""Gauss-Newton steps of a sine's frequency, at most."""
 CONTACT = 6.0
 """Standard deviations of the load cell's noise beyond which it feels a contact."""
 FEWEST_SAMPLES, FEWEST_IMPACTS = 6, 3
-STRUCK = ("drop-test", "cart-excitation")
 MOSTLY_APART = 0.5
 """A force that is strong for a larger part of the samples is an offset rather than impacts."""
-CHANCE = 1e-4
-"""Probability of a slope as large, where there is none, below which it has a sign."""
-ALIKE = 0.95
-"""Below this correlation two channels do not show the same."""
-SLOWEST, STRONG = 4, 1e-2
-"""Slowest lines of a spectrum, which the window smears and an accelerometer does not feel; what counts beside the strongest line."""
 ONE_BODY = (("hammer_displacement", "hammer_acceleration"), ("cart_displacement", "cart_acceleration"))
 """Absolute displacement and acceleration of one body."""
-STEADY = 0.02
-"""Relative difference of amplitude between the thirds of a record within which a motion is driven, and no ringing of a frame."""
-EVEN = 1e-3
-"""A record whose time stamps are less even than this is not compared."""
-FEWEST, SEGMENTS, LONGEST = 512, 16, 256
-"""Samples without a gap that a coherence needs; segments of its spectra, at least; their length, at most."""
-NEAR_FLOOR = 2.0
-"""Power over that of white noise up to which a frequency counts as noise alone."""
 Samples = Float64[np.ndarray, " samples"]
 
 
@@ -79,51 +64,39 @@ def fit_sine(time: Samples, values: Samples) -> Sine | None:
     if t.size < 16 or np.ptp(v) == 0.0:
         return None
     even = np.linspace(t[0], t[-1], t.size)
-    window = np.hanning(t.size)
-    power = np.abs(np.fft.rfft(window * (np.interp(even, t, v) - v.mean()))) ** 2
+    power = np.abs(np.fft.rfft(np.hanning(t.size) * (np.interp(even, t, v) - v.mean()))) ** 2
     power[0] = 0.0
-    frequency = float(np.fft.rfftfreq(t.size, even[1] - even[0])[int(np.argmax(power))])
-    width, variance, residual = 1.0 / float(t[-1] - t[0]), float(np.var(v)), v - v.mean()
-    t = t - t.mean()
-    stderr = width
-    for _ in range(ITERATIONS):
-        basis = _basis(t, frequency)
-        (a, b, _), *_ = np.linalg.lstsq(basis, v, rcond=None)
-        slope = 2.0 * np.pi * t * (a * basis[:, 1] - b * basis[:, 0])
-        tangent = np.column_stack([basis, slope])
-        step, *_ = np.linalg.lstsq(tangent, v, rcond=None)
-        residual = v - tangent @ step
-        covariance = np.linalg.pinv(tangent.T @ tangent) * (residual @ residual) / (t.size - 4)
-        stderr = float(np.sqrt(covariance[3, 3]))
-        change = float(np.clip(step[3], -width, width))
-        frequency = abs(frequency + change)
-        if abs(change) < 1e-3 * stderr:
-            break
-    return Sine(frequency=frequency, stderr=stderr, share=max(0.0, 1.0 - float(np.var(residual)) / variance))
+    line = float(np.fft.rfftfreq(t.size, even[1] - even[0])[int(np.argmax(power))])
+    t, scaled = t - t.mean(), v / np.std(v)
+    start, *_ = np.linalg.lstsq(_basis(t, line), scaled, rcond=None)
+    fit = least_squares(lambda x: _basis(t, x[0]) @ x[1:] - scaled, [line, *start], x_scale="jac", method="lm", max_nfev=100)
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * 2.0 * fit.cost / (t.size - 4)
+    share = max(0.0, 1.0 - 2.0 * float(fit.cost) / t.size)
+    return Sine(frequency=abs(float(fit.x[0])), stderr=float(np.sqrt(covariance[0, 0])), share=share)
 
 
-def sine_at(time: Samples, values: Samples, frequency: float) -> tuple[float, float]:
-    """Amplitude, in the unit of the channel, and share of the variance, 0 to 1, of a sine of a given frequency, Hz.
+def sine_at(time: Samples, values: Samples, frequency: float) -> tuple[float, float, float]:
+    """Amplitude, in the unit of the channel, phase at t = 0, rad, and share of the variance, 0 to 1, of a sine of a given frequency, Hz.
 
     Example:
         >>> t = np.arange(2000) / 500.0
-        >>> amplitude, share = sine_at(t, 3.0 + 0.7 * np.sin(2 * np.pi * 6.25 * t), 6.25)
-        >>> round(amplitude, 6), round(share, 6)
-        (0.7, 1.0)
+        >>> np.round(sine_at(t, 3.0 + 0.7 * np.sin(2 * np.pi * 6.25 * t + 0.2), 6.25), 6).tolist()
+        [0.7, 0.2, 1.0]
     """
     usable = np.isfinite(values)
-    v, basis = values[usable], _basis(time[usable] - time.mean(), frequency)
-    solution, *_ = np.linalg.lstsq(basis, v, rcond=None)
-    return float(np.hypot(*solution[:2])), max(0.0, 1.0 - float(np.var(v - basis @ solution) / np.var(v)))
+    v, basis = values[usable], _basis(time[usable], frequency)
+    (sine, cosine, offset), *_ = np.linalg.lstsq(basis, v, rcond=None)
+    share = 1.0 - float(np.var(v - basis @ (sine, cosine, offset))) / max(float(np.var(v)), 1e-300)
+    return float(np.hypot(sine, cosine)), float(np.arctan2(cosine, sine)), max(0.0, share)
 
 
 def is_steady(time: Samples, values: Samples, frequency: float) -> bool:
-    """Whether a sine has one amplitude in all thirds of the record; False where a third is shorter than two periods."""
+    """Whether a sine has one amplitude in all thirds of the record, as a driven one; False where a third is shorter than two periods."""
     third = time.size // 3
     if third < 16 or frequency * float(time[third] - time[0]) < 2.0:
         return False
     amplitudes = [sine_at(time[part], values[part], frequency)[0] for part in (slice(third), slice(third, -third), slice(-third, None))]
-    return max(amplitudes) < (1.0 + STEADY) * min(amplitudes)
+    return max(amplitudes) < 1.02 * min(amplitudes)
 
 
 def _basis(t: np.ndarray, frequency: float) -> np.ndarray:
@@ -210,8 +183,8 @@ class Response:
 
     @property
     def sign(self) -> int:
-        """1 or -1; 0 where it is not sure."""
-        return 0 if abs(self.slope) < stats.t.isf(0.5 * CHANCE, self.impacts - 1) * self.stderr else int(np.sign(self.slope))
+        """1 or -1; 0 where a slope as large, without any, has a probability above 1e-4."""
+        return 0 if abs(self.slope) < stats.t.isf(0.5e-4, self.impacts - 1) * self.stderr else int(np.sign(self.slope))
 
 
 def response(record: Record, channel: str, impacts: list[Impact]) -> Response | None:
@@ -250,38 +223,20 @@ def _changes(time: Samples, values: Samples, impacts: list[Impact]) -> Iterator[
 def pulls(record: Record, impacts: list[Impact]) -> tuple[Float[np.ndarray, " 2"], Float[np.ndarray, " 2"]] | None:
     """Coefficients of hammer x and cart y in x'', 1/s^2, and their standard errors, in flight; None where there is little flight.
 
-    x'' = a x + b y + c x' + d y' + e is multiplied by a bump over half a period of the drive and integrated by parts (weak form).
+    x'' = a x + b y + c x' + d y' + e in the weak form, from the length of the bumps that shows b best.
     """
-    step = float(np.median(np.diff(record.time)))
-    length = round(0.5 / (record.excitation_frequency or np.inf) / step)
-    if length < 16:
-        return None
-    s = np.linspace(-1.0, 1.0, length)
-    half = 0.5 * (length - 1) * step
-    value, slope = (1.0 - s**2) ** 3, -6.0 * s * (1.0 - s**2) ** 2 / half
-    curve = (-6.0 * (1.0 - s**2) ** 2 + 24.0 * s**2 * (1.0 - s**2)) / half**2
     x, y = (record.channels[f"{body}_displacement"] for body in ("hammer", "cart"))
-    struck = np.zeros(record.time.size, bool)
+    struck = ~np.isfinite(x + y)
     for impact in impacts:
         struck[max(impact.first - 2, 0) : impact.end + 2] = True
-    clear = ~struck & np.isfinite(x + y)
-    rows = [
-        (x[part] @ curve, x[part] @ value, y[part] @ value, -(x[part] @ slope), -(y[part] @ slope), value.sum())
-        for first in range(0, record.time.size - length + 1, max(length // 4, 1))
-        if clear[part := slice(first, first + length)].all()
-    ]
-    if len(rows) < 10:
-        return None
-    table = np.array(rows)
-    matrix, right = table[:, 1:], table[:, 0]
-    scale = np.linalg.norm(matrix, axis=0)
-    if not (scale > 0.0).all():  # a dead channel pulls nothing
-        return None
-    solution, *_ = np.linalg.lstsq(matrix / scale, right, rcond=None)
-    scatter = right - matrix / scale @ solution
-    overlap = 4.0  # rows that hold a sample
-    covariance = np.linalg.pinv((matrix / scale).T @ (matrix / scale)) * overlap * float(scatter @ scatter) / (len(right) - matrix.shape[1])
-    return (solution / scale)[:2], (np.sqrt(np.diag(covariance)) / scale)[:2]
+    found = []
+    for integrals in weak_integrals(np.stack([x, y, np.ones_like(x)]), struck, float(np.median(np.diff(record.time)))).values():
+        second, first, zeroth = integrals.transpose(1, 0, 2)
+        if len(integrals) >= 10:
+            found.append(robust_regression(np.column_stack([zeroth, -first[:, :2]]), second[:, 0]))
+    shown = [one for one in found if (np.diag(one.information) > 0.0).all()]  # a dead channel pulls nothing
+    best = min(shown, key=lambda one: one.stderr(1), default=None)
+    return None if best is None else (best.estimate[:2], np.sqrt(np.diag(best.covariance))[:2])
 
 
 def scale_ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:
@@ -304,14 +259,14 @@ def motion_ratio(time: Samples, displacement: Samples, acceleration: Samples) ->
     None where the two do not show the same motion, and where samples are missing or unevenly spaced.
     """
     steps = np.diff(time)
-    if len(time) <= 4 * SLOWEST or np.ptp(steps) >= EVEN * steps.mean() or not np.isfinite(displacement + acceleration).all():
+    if len(time) <= 16 or np.ptp(steps) >= 1e-3 * steps.mean() or not np.isfinite(displacement + acceleration).all():
         return None
     window = hann(len(time))
     omega = 2.0 * np.pi * np.fft.rfftfreq(len(time), float(steps.mean()))
     moved, felt = (np.fft.rfft(window * detrend(values)) for values in (displacement, acceleration))
     size = np.abs(moved)
-    size[:SLOWEST] = 0.0
-    strong = size > STRONG * size.max()
+    size[:4] = 0.0  # the window smears these lines, and an accelerometer does not feel them
+    strong = size > 1e-2 * size.max()
     return _ratio(-(omega[strong] ** 2) * moved[strong], felt[strong])
 
 
@@ -327,33 +282,33 @@ def _force_ratio(force: Samples, inertia: Samples) -> float | None:
 def _ratio(a: np.ndarray, b: np.ndarray) -> float | None:
     """How many times `a` is in `b`, by least squares without a mean, because both rest at zero; None where they do not correlate."""
     product = float(np.vdot(a, b).real)
-    alike = abs(product) > ALIKE * max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300)
+    alike = abs(product) > 0.95 * max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-300)
     return product / float(np.vdot(a, a).real) if alike else None
 
 
 def noise_coherence(one: Samples, other: Samples) -> tuple[float, tuple[float, float]]:
     """Coherence of two channels where one of them shows noise alone, and the share of the frequencies at which each does.
 
-    Second differences make signals small against the noise. A frequency counts as noise where the power is near that of the white noise
-    which the highest differences show (`estimate_noise`). Coherence: J. S. Bendat, A. G. Piersol, Random Data, 4th ed. (2010), ch. 6.
+    Second differences make signals small against the noise. A frequency counts as noise where the power is less than twice that of the
+    white noise which the highest differences show (`estimate_noise`). J. S. Bendat, A. G. Piersol, Random Data, 4th ed. (2010), ch. 6.
     Both are evenly sampled, at the same instants.
 
     Returns:
-        The coherence, 0 to 1, the larger of that in the noise of either; and the two shares. 0 where fewer than `FEWEST` samples without a
-        gap are usable in both, or where one shows no noise.
+        The coherence, 0 to 1, the larger of that in the noise of either; and the two shares. 0 where fewer than 512 samples without a gap
+        are usable in both, or where one shows no noise.
     """
     runs = np.stack(runs_of(np.isfinite(one) & np.isfinite(other)), axis=1).tolist()
     run = slice(*max(runs, key=lambda run: run[1] - run[0], default=[0, 0]))
     first, second = one[run], other[run]
     noises = [noise for noise in (estimate_noise(first), estimate_noise(second)) if noise is not None]
-    if len(first) < FEWEST or len(noises) < 2:
+    if len(first) < 512 or len(noises) < 2:
         return 0.0, (0.0, 0.0)
-    length = min(LONGEST, len(first) // SEGMENTS)
+    length = min(256, len(first) // 16)
     frequency, common = coherence(np.diff(first, 2), np.diff(second, 2), nperseg=length)
     means, shares = [], []
     for values, noise in zip((first, second), noises, strict=True):
         power = welch(np.diff(values, 2), nperseg=length)[1]
-        noisy = power < NEAR_FLOOR * 2.0 * noise**2 * (2.0 * np.sin(np.pi * frequency)) ** 4
+        noisy = power < 4.0 * noise**2 * (2.0 * np.sin(np.pi * frequency)) ** 4
         shares.append(float(noisy.mean()))
         means.append(float(common[noisy].mean()) if noisy.any() else 0.0)
     return max(means), (shares[0], shares[1])

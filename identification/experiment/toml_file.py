@@ -4,7 +4,7 @@ import hashlib
 import math
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -130,24 +130,22 @@ class Table:
             raise ExperimentError(f'{key} in {self.where} is {shown(value)}: expected a number with its unit; write {key} = "{example}"')
         return finite(value, f"{key} in {self.where}", unit=SI_UNITS[dimension], positive=positive)
 
-    def string(self, key: str, choices: Iterable[str] | None = None) -> str | None:
+    def string(self, key: str, choices: Collection[str] | None = None) -> str | None:
         """Read an optional, non-empty string, one of `choices` where these are given; None where the key is absent."""
         if key not in self.values:
             return None
         value = self.values[key]
         if not isinstance(value, str) or not value.strip():
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected a text in quotes; correct it")
-        words = None if choices is None else list(choices)
-        if words is not None and value not in words:
-            raise ExperimentError(f"unknown {key} {shown(value)} in {self.where}{suggestion(value, words)}")
+        if choices is not None and value not in choices:
+            raise ExperimentError(f"unknown {key} {shown(value)} in {self.where}{suggestion(value, choices)}")
         return value
 
-    def needed_string(self, key: str, choices: Iterable[str] | None = None) -> str:
+    def needed_string(self, key: str, choices: Collection[str] | None = None) -> str:
         """Read a string that must be there; arguments and errors as for `string`."""
-        words = None if choices is None else list(choices)
-        value = self.string(key, words)
+        value = self.string(key, choices)
         if value is None:
-            wanted = "a text in quotes" if words is None else f"one of {listed(words)}"
+            wanted = "a text in quotes" if choices is None else f"one of {listed(choices)}"
             raise ExperimentError(f"{key} is missing in {self.where}: expected {wanted}; add a line '{key} = \"…\"'")
         return value
 
@@ -180,7 +178,7 @@ class Table:
             raise ExperimentError(f"{key} in {self.where} is {shown(value)}: expected true or false, without quotes; correct it")
         return value
 
-    def strings(self, key: str, known: Iterable[str], choices: Iterable[str] | None = None) -> dict[str, str]:
+    def strings(self, key: str, known: Iterable[str], choices: Collection[str] | None = None) -> dict[str, str]:
         """Read an optional table of strings, by names of `known` channels (absent: empty); `choices` as for `string`."""
         table = self.table(key, f"{key} of {self.where}")
         table.allow(*known, noun="channel")

@@ -9,22 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.experiment import Experiment, ExperimentError
+from identification.experiment.channels import STRUCK
 from identification.experiment.errors import suggestion
 from identification.guesses.motion import relative_displacement
 from vibrojax.contact import LAWS, AbstractContactLaw, AbstractInstantaneousLaw, NoContact
 from vibrojax.effects.filters import RecorderFilter
 from vibrojax.errors import InputError
-from vibrojax.model import MASS, Load, Model
+from vibrojax.model import Load, Model
 from vibrojax.parameters import Parameter
 from vibrojax.suspension import SUSPENSIONS
-
-DEFAULT_LAW = "hunt-crossley"
-_STRIKING = ("drop-test", "cart-excitation")
-"""Kinds of record in which the hammer comes from free flight."""
-_FAR = 10.0
-"""Largest plausible indentation over the hammer's own travel."""
-_FAR_M = 0.01
-"""The same, m: ten times an error of setting the gap that is already large."""
 
 
 def check_precision() -> None:
@@ -35,7 +28,7 @@ def check_precision() -> None:
 
 def nominal_model(experiment: Experiment, law: str | None) -> Model:
     """Nominal model that the experiment names, with every parameter at its start value."""
-    name = law or experiment.law or DEFAULT_LAW
+    name = law or experiment.law or "hunt-crossley"
     check_law(name)
     felt = [record.file for record in experiment.records if "impact_force" in record.channels]
     if issubclass(LAWS[name], AbstractInstantaneousLaw) and felt:
@@ -139,11 +132,6 @@ def priors(experiment: Experiment) -> tuple[tuple[str, float, float], ...]:
     return tuple((name, one.prior.mean, one.prior.std) for name, one in experiment.parameters.items() if one.prior is not None)
 
 
-def expected(experiment: Experiment) -> dict[str, float]:
-    """Means of the priors, which stand in where the records suggest no first guess; without that of the mass."""
-    return {name: mean for name, mean, _ in priors(experiment) if name != MASS.name}
-
-
 def varying(experiment: Experiment) -> tuple[str, ...]:
     """Names of the parameters that have a value of their own in every record."""
     return tuple(name for name, option in experiment.parameters.items() if option.varies)
@@ -162,7 +150,8 @@ def check_clearance(experiment: Experiment, law: AbstractContactLaw) -> None:
         return
     for record in experiment.records:
         u = relative_displacement(record)
-        if record.kind in _STRIKING and u is not None and u.min() - record.gap > max(_FAR * np.ptp(u), _FAR_M):
+        # an indentation of ten times the hammer's own travel, and of ten times an error of setting the gap that is already large, 1 mm
+        if record.kind in STRUCK and u is not None and u.min() - record.gap > max(10.0 * np.ptp(u), 0.01):
             raise ExperimentError(
                 f"gap of record {record.file!r} is {record.gap:g} m, and its hammer stays between {u.min():.4g} m and {u.max():.4g} m:"
                 " expected that it leaves the stop; check sign and unit of the gap, or, for a sensor with an offset, set its zero"

@@ -7,19 +7,13 @@ import numpy as np
 from scipy.signal import medfilt
 
 from identification.experiment import MOTION_CHANNELS, Experiment, Record
+from identification.experiment.channels import AT_REST
+from identification.experiment.clock import MIN_SAMPLES
 from identification.experiment.samples import bridged
+from identification.experiment.signals import CONTACT
 
-_KINDS = ("drop-test", "free-decay")
-_LEVEL = 6.0
-"""Threshold of motion, in standard deviations of the noise."""
-_FARTHER = 4.0
-"""Second threshold over the first: from rest at constant acceleration the hammer reaches it in twice the time."""
-_FEWEST = 16
-"""Fewest samples of a hold."""
 MOST_SAMPLES = 250e3
 """Samples that a fit takes, about: time and memory grow in proportion, standard errors fall with the square root only."""
-_OF_A_RECORD = 2000
-"""Samples of a record, for which there has to be room: of more records than that allows, a part is taken."""
 
 
 def from_release(record: Record) -> Record:
@@ -29,7 +23,7 @@ def from_release(record: Record) -> Record:
     d after sqrt(2 d / a) and 4 d after twice that time, so two thresholds a little above the noise give the instant. A record that begins
     with the motion, or in it, is unchanged, and so is one that is neither a drop test nor a free decay.
     """
-    begin = 0 if record.kind not in _KINDS else _release(record)
+    begin = 0 if record.kind not in AT_REST else _release(record)
     if begin == 0:
         return record
     held = record.time[begin] - record.time[0]
@@ -44,13 +38,13 @@ def _release(record: Record) -> int:
     if name is None or name not in record.noise:
         return 0
     values = medfilt(bridged(record.time, record.channels[name]), 5)
-    away = np.abs(values - np.median(values[:_FEWEST]))
-    first, second = (np.flatnonzero(away > level * record.noise[name]) for level in (_LEVEL, _FARTHER * _LEVEL))
+    away = np.abs(values - np.median(values[:MIN_SAMPLES]))
+    first, second = (np.flatnonzero(away > level * record.noise[name]) for level in (CONTACT, 4.0 * CONTACT))
     if len(first) == 0 or len(second) == 0:
         return 0
     rise = int(second[0] - first[0])
     let_go = int(first[0]) - (rise if name in MOTION_CHANNELS else 0)
-    return let_go if let_go >= max(_FEWEST, 2 * rise) and len(values) - let_go >= _FEWEST else 0
+    return let_go if let_go >= max(MIN_SAMPLES, 2 * rise) and len(values) - let_go >= MIN_SAMPLES else 0
 
 
 def in_part(experiment: Experiment, most_samples: float = MOST_SAMPLES) -> tuple[Experiment, tuple[str, ...]]:
@@ -81,8 +75,8 @@ def in_part(experiment: Experiment, most_samples: float = MOST_SAMPLES) -> tuple
 
 
 def _selected(records: tuple[Record, ...], most_samples: float) -> tuple[Record, ...]:
-    """Records that are used: all, or an even selection of each kind with the same channels."""
-    most = most_samples / _OF_A_RECORD
+    """Records that are used: all, or an even selection of each kind with the same channels, so that each has room for 2000 samples."""
+    most = most_samples / 2000
     if len(records) <= most or sum(len(record.time) for record in records) <= most_samples:
         return records
     alike: dict[tuple[Any, ...], list[int]] = {}

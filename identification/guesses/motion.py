@@ -9,22 +9,14 @@ from scipy.interpolate import CubicSpline, splev, splrep
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
 
-from identification.experiment import MOTION_CHANNELS, ExperimentError, Record
+from identification.experiment import MOTION_CHANNELS, ExperimentError, Record, signals
+from identification.experiment.channels import CART_CHANNELS
 from identification.experiment.samples import bridged
+from identification.experiment.signals import CONTACT
 from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
 
-_LONGEST_S, _FEWEST_SAMPLES = 1.5e-3, 3
-"""Largest half width of the local polynomials, s; smallest, in samples."""
-_BLUNT = 2.5
-"""Residual of a local polynomial (rms over its width, in units of the noise) above which it smooths too much."""
-_FAR_OFF = 8.0
-"""Limit to the residual of a single sample, in units of the noise."""
-_ORDER = 3
-"""Order of the local polynomials."""
-_CONTACT_SIGNIFICANCE = 6.0
-"""Force, in standard deviations above zero, above which it counts as contact."""
-_FEWEST_IN_FLIGHT = 16
-"""Fewest samples clear of the stop that show the usual range of a force in flight."""
+_NARROWEST, _ORDER = 3, 3
+"""Smallest half width, in samples, and order of the local polynomials."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -48,15 +40,7 @@ def relative_displacement(record: Record) -> Float[np.ndarray, " samples"] | Non
     """Relative displacement u = x - y, m, from whichever channels give it; None where no combination does. NaN stretches are linear."""
     # each channel is bridged separately: two channels may have no common samples
     channels = {name: bridged(record.time, values) for name, values in record.channels.items()}
-    if "relative_displacement" in channels:
-        return channels["relative_displacement"]
-    if "hammer_displacement" not in channels:
-        return None
-    if record.kind != "cart-excitation" and record.base != "measured":
-        return channels["hammer_displacement"]
-    if "cart_displacement" in channels:
-        return channels["hammer_displacement"] - channels["cart_displacement"]
-    return None
+    return signals.relative_displacement(dataclasses.replace(record, channels=channels))
 
 
 def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarray, " samples"]) -> Kinematics | None:
@@ -75,32 +59,32 @@ def kinematics(record: Record, *, mass: float, base_acceleration: Float[np.ndarr
     force, touching = None, stands_out(inertia, near)
     if "impact_force" in record.channels:
         force = bridged(record.time, record.channels["impact_force"])
-        touching = force > _CONTACT_SIGNIFICANCE * record.noise.get("impact_force", np.inf)
+        touching = force > CONTACT * record.noise.get("impact_force", np.inf)
     elif acceleration is None:
-        touching |= smooth > record.gap + _CONTACT_SIGNIFICANCE * _displacement_noise(record)
+        touching |= smooth > record.gap + CONTACT * _displacement_noise(record)
     touching = smooth > record.gap if record.kind == "prescribed" else touching & near
     return Kinematics(u=smooth, v=v, a=a, base_acceleration=base_acceleration, force=force, inertia=inertia, touching=touching)
 
 
 def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> int:
-    """Half width of the local polynomials, samples: the largest with a residual of pure noise, even in the shortest contact.
+    """Half width of the local polynomials, samples: the largest, up to 1.5 ms, with a residual of pure noise, even in the shortest contact.
 
     The noise is the declared one, or that of the shortest polynomials where it is larger.
     """
-    half = int(np.clip(round(_LONGEST_S / dt), _FEWEST_SAMPLES, len(u) // 4))
-    if half <= _FEWEST_SAMPLES:
+    half = int(np.clip(round(1.5e-3 / dt), _NARROWEST, len(u) // 4))
+    if half <= _NARROWEST:
         return half
-    finest = u - savgol_filter(u, 2 * _FEWEST_SAMPLES + 1, _ORDER)
-    own = 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _FEWEST_SAMPLES + 1))
+    finest = u - savgol_filter(u, 2 * _NARROWEST + 1, _ORDER)
+    own = 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _NARROWEST + 1))
     noise = max(noise, own) if np.isfinite(noise) else own
-    while half > _FEWEST_SAMPLES and _largest_residual(u, half, noise) > _BLUNT * noise:
-        half = max(half // 2, _FEWEST_SAMPLES)
+    while half > _NARROWEST and _largest_residual(u, half, noise) > 2.5 * noise:
+        half = max(half // 2, _NARROWEST)
     return half
 
 
 def _largest_residual(u: Float[np.ndarray, " samples"], half: int, noise: float) -> float:
     """Largest residual of local polynomials, as rms over their width; the effect of a single outlier is limited."""
-    residual = np.clip(u - savgol_filter(u, 2 * half + 1, _ORDER), -_FAR_OFF * noise, _FAR_OFF * noise)
+    residual = np.clip(u - savgol_filter(u, 2 * half + 1, _ORDER), -8.0 * noise, 8.0 * noise)
     return float(np.sqrt(uniform_filter1d(residual**2, 2 * half + 1).max()))
 
 
@@ -117,9 +101,9 @@ def stands_out(inertia: Float[np.ndarray, " samples"], near: Bool[np.ndarray, " 
 
     The usual range comes from samples that are not near, since a record may hold little but one long contact.
     """
-    flight = inertia[~near] if np.sum(~near) >= _FEWEST_IN_FLIGHT else inertia
+    flight = inertia[~near] if np.sum(~near) >= 16 else inertia
     middle = np.median(flight)
-    return inertia - middle > _CONTACT_SIGNIFICANCE * 1.4826 * np.median(np.abs(flight - middle))
+    return inertia - middle > CONTACT * 1.4826 * np.median(np.abs(flight - middle))
 
 
 def drive_omega(record: Record) -> float:
@@ -130,7 +114,7 @@ def drive_omega(record: Record) -> float:
 def cart_is_unseen(record: Record) -> bool:
     """Whether the cart moves as a sine that no sensor recorded."""
     driven = record.base == "sine" and drive_omega(record) > 0.0
-    return driven and not {"cart_displacement", "cart_acceleration"} & set(record.channels)
+    return driven and not record.channels.keys() & set(CART_CHANNELS)
 
 
 def harmonic_start(record: Record) -> tuple[float, float]:
@@ -144,11 +128,7 @@ def harmonic_start(record: Record) -> tuple[float, float]:
         return 0.0, 0.0
     for name, factor in (("cart_displacement", 1.0), ("cart_acceleration", -(omega**-2)), ("hammer_displacement", 1.0)):
         if name in record.channels:
-            usable = np.isfinite(record.channels[name])
-            angle, values = omega * record.time[usable], factor * record.channels[name][usable]
-            basis = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1)
-            (sine, cosine, _), *_ = np.linalg.lstsq(basis, values, rcond=None)
-            return float(np.hypot(sine, cosine)), float(np.arctan2(cosine, sine))
+            return signals.sine_at(record.time, factor * record.channels[name], omega / (2.0 * np.pi))[:2]
     return 1e-3, 0.0
 
 
@@ -178,7 +158,7 @@ def inputs_of(record: Record) -> Inputs:
 
 def driving_channels(record: Record) -> frozenset[str]:
     """Channels that drive the model in this record; they are inputs, not data to fit."""
-    cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
+    cart = CART_CHANNELS if record.base == "measured" else ()
     motion = MOTION_CHANNELS if record.kind == "prescribed" else ()
     return frozenset(("applied_force", *cart, *motion))
 
@@ -188,7 +168,7 @@ def driven_by(record: Record) -> frozenset[str]:
     if record.kind == "prescribed":
         return frozenset()
     force = ("applied_force",) if record.kind == "forced" else ()
-    cart = ("cart_displacement", "cart_acceleration") if record.base == "measured" else ()
+    cart = CART_CHANNELS if record.base == "measured" else ()
     return frozenset((*force, *cart)) & set(record.channels)
 
 
@@ -220,7 +200,7 @@ def measured_motion(record: Record) -> SampledMotion:
     displacement sensor it is the integrated acceleration, less its straight line. The acceleration is the recorded one, or the second
     derivative of that spline.
     """
-    time, displacement, recorded = record.time, *(record.channels.get(name) for name in ("cart_displacement", "cart_acceleration"))
+    time, displacement, recorded = record.time, *(record.channels.get(name) for name in CART_CHANNELS)
     acceleration = None if recorded is None else CubicSpline(time, bridged(time, recorded))
     if displacement is not None:
         smooth = _smoothing(time, bridged(time, displacement), record.noise.get("cart_displacement", 0.0))

@@ -2,9 +2,8 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable
-from functools import partial
 from itertools import product
-from typing import Any, cast
+from typing import cast
 
 import jax
 import jax.numpy as jnp
@@ -19,19 +18,12 @@ from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.effects import AbstractEffect
 from vibrojax.model import MASS, Model
 
-_SAMPLES = 1500
-"""Of the regression, whatever the records hold, so that it is compiled once."""
 _RECORDS = 30
 """Records whose gaps are estimated beside the law; of more, an even selection."""
-_EXPONENTS = (1.0, 1.5, 2.0, 2.5)
-_DEEP, _SHALLOW = (0.3, 1.0), (0.03, 0.3)
-"""Depth over the largest indentation where samples give the stiffness; the shallow part where an effect may act on the deep one."""
 
 
 GAP_PRIOR_STD_M = 1e-3
 """Prior standard deviation of the gap's setting error, m."""
-_CLEARLY = 4.0
-"""By how much gaps must be less likely by one sensor than by another, in -2 log prior, for the other to count: two standard deviations."""
 
 
 def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics | None]) -> tuple[dict[str, float], np.ndarray]:
@@ -66,13 +58,10 @@ def likelier_start(
 ) -> tuple[dict[str, float], np.ndarray] | None:
     """`contact_start` off the load cell, or off inertia where there is none or where the gaps that the cell asks for are unlikely."""
     cell, inertia = (contact_start(model, records, motions, names, load_cell=one, effects=effects) for one in (True, False))
-    unlikely = cell is not None and inertia is not None and _unlikely(cell[1]) - _unlikely(inertia[1]) > _CLEARLY
-    return inertia if cell is None or unlikely else cell
-
-
-def _unlikely(gap_errors: np.ndarray) -> float:
-    """-2 log prior of setting errors, m."""
-    return float(np.sum((gap_errors / GAP_PRIOR_STD_M) ** 2))
+    if cell is None or inertia is None:
+        return cell or inertia
+    unlikely = np.sum(cell[1] ** 2 - inertia[1] ** 2) > (2.0 * GAP_PRIOR_STD_M) ** 2  # by two standard deviations
+    return inertia if unlikely else cell
 
 
 def contact_start(
@@ -110,12 +99,12 @@ def contact_start(
     owners, slot = np.unique(samples.pop("record"), return_inverse=True)
     units = np.array([0.1 * np.max(samples["indentation"]), 0.02 * np.max(samples["force"])])  # of gap errors, m, and of forces, N
     specs, fits = {p.name: p for p in begun[0].parameters}, []
-    depths = (_DEEP, _SHALLOW) if effects is not None and "k_i" in names else (_DEEP,)
-    for model, exponent, part in product(begun, _EXPONENTS if "n" in names else (None,), depths):
+    # depth over the largest indentation where samples give the stiffness: the shallow part where an effect may act on the deep one
+    depths = ((0.3, 1.0), (0.03, 0.3))[: 2 if effects is not None and "k_i" in names else 1]
+    for model, exponent, part in product(begun, (1.0, 1.5, 2.0, 2.5) if "n" in names else (None,), depths):
         given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
         start = np.concatenate([_guess(model, specs, names, samples, exponent, part), np.zeros(_RECORDS)])
-        programs: list[Any] = [partial(_evaluated, program, given) for program in (_misfit, _misfit_slope)]
-        residual, slope = programs
+        residual, slope = (lambda x, program=program, given=given: np.asarray(program(*given, x)) for program in (_misfit, _misfit_slope))
         if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
             continue
         try:
@@ -132,10 +121,6 @@ def contact_start(
         values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
     errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
     return values, errors
-
-
-def _evaluated(program: Callable[..., Any], given: tuple[Any, ...], x: np.ndarray) -> Any:
-    return np.asarray(program(*given, x))
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None, part: tuple[float, float]) -> np.ndarray:
@@ -196,7 +181,8 @@ def _samples(model: Model, records: list[Record], motions: list[Kinematics | Non
         return None
     some = np.unique(np.linspace(0, len(parts) - 1, min(len(parts), _RECORDS)).astype(int))
     found = np.concatenate([parts[index] for index in some], axis=1)
-    force, u, v, base, approach, gap, owner = found[:, np.linspace(0, found.shape[1] - 1, _SAMPLES).astype(int)]
+    chosen = np.linspace(0, found.shape[1] - 1, 1500).astype(int)  # as many of any records, so that the regression is compiled once
+    force, u, v, base, approach, gap, owner = found[:, chosen]
     if not load_cell:
         force = force + model.mass * np.asarray(_in_flight(jax.tree.map(np.asarray, model), u, v, base))
     return {"force": force, "indentation": u - gap, "rate": v, "approach_speed": approach, "record": owner.astype(int)}

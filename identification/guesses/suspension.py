@@ -9,15 +9,13 @@ from jaxtyping import Float
 
 from identification.experiment import Load, Record
 from identification.experiment.samples import bridged
+from identification.experiment.weak_form import Regression, robust_regression, weak_integrals
 from identification.guesses.motion import Kinematics, relative_displacement
-from identification.guesses.weak_form import Regression, robust_regression, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
 UNLOADED = Load()
 FEWEST = 10
 """Fewest equations of one bump length that are a regression of their own."""
-_FEWEST_OF_ALL = 4
-"""Fewest equations of all records together."""
 SQUARE = 1
 """Place of omega_n^2 among the unknowns, after 2 zeta omega_n."""
 
@@ -75,7 +73,7 @@ def suspension_information(
     parts += [] if rest is None else [rest]
     if not parts and together:
         matrix, right = _joined(list(together.values()))
-        parts = [robust_regression(matrix, right)] if len(right) >= _FEWEST_OF_ALL else []
+        parts = [robust_regression(matrix, right)] if len(right) >= 4 else []
     return reduce(add, parts) if parts else None
 
 

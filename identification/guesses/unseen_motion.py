@@ -8,23 +8,15 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from identification.experiment import Load, Record
+from identification.experiment.channels import STRUCK
 from identification.experiment.samples import bridged
+from identification.experiment.weak_form import Regression, near_contact, weak_integrals
 from identification.guesses.motion import Kinematics, cart_is_unseen, drive_omega, harmonic_acceleration, kinematics, stands_out
 from identification.guesses.suspension import FEWEST, SQUARE, UNLOADED, best_length, regressions, suspension_information, suspension_start
-from identification.guesses.weak_form import Regression, near_contact, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
 _OWN = 3
 """Unknowns of a record's own: coefficients of sine and cosine, and a constant."""
-_TURNS = 3
-"""How often contacts are read from the motion against the cart as found, and the cart again from the flights between them."""
-_PERIODS = 4.0
-"""Length of an integrated piece, in periods of the suspension: long enough to show its phase, short enough not to drift."""
-_STRUCK = ("drop-test", "cart-excitation", "forced")
-"""Kinds of record in which the hammer may meet its stop."""
-_GRID_HZ = np.geomspace(0.3, 300.0, 61)
-"""Natural frequencies of the grid search, where no record with a known cart identifies one."""
-_ZETA = 0.02
 Sine = tuple[float, float]
 """Amplitude, m, and phase, rad, of a cart's motion."""
 Vibration = tuple[float, float]
@@ -65,9 +57,12 @@ def _struck(record: Record, mass: float) -> Bool[np.ndarray, " samples"]:
 
 
 def _against_cart(record: Record, suspension: Regression, *, mass: float) -> tuple[Kinematics, Sine] | None:
-    """Motion against the cart, and its amplitude and phase; None where no equation shows it."""
+    """Motion against the cart, and its amplitude and phase; None where no equation shows it.
+
+    Contacts are read from that motion, and the cart again from the flights between them.
+    """
     touching, found = _struck(record, mass), None
-    for _ in range(_TURNS):
+    for _ in range(3):
         sine = _sine(_regressions(record, touching), suspension, drive_omega(record))
         if sine is None:
             return found
@@ -143,7 +138,7 @@ def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
     if start:
         begin = 2.0 * np.pi * start["f_n"], start["zeta"]
     else:
-        grid = [(2.0 * np.pi * float(f_n), _ZETA) for f_n in _GRID_HZ]
+        grid = [(2.0 * np.pi * float(f_n), 0.02) for f_n in np.geomspace(0.3, 300.0, 61)]
         begin = min(grid, key=lambda each: sum(float(np.sum(one.solved(each, pieces_as=each)[1] ** 2)) for one in unseen))
 
     def misfit(logarithms: np.ndarray) -> np.ndarray:
@@ -159,7 +154,7 @@ def _rough(record: Record, base: np.ndarray, *, mass: float, stop: bool) -> Kine
     absolute = bridged(record.time, record.channels["hammer_acceleration"])
     inertia, nothing = -mass * absolute, np.zeros_like(absolute)
     touching = np.zeros(len(absolute), bool)
-    if stop and record.kind in _STRUCK:
+    if stop and record.kind in (*STRUCK, "forced"):
         touching = stands_out(inertia, np.ones(len(absolute), bool))
     force = bridged(record.time, record.channels["impact_force"]) if "impact_force" in record.channels else None
     return Kinematics(u=nothing, v=nothing, a=absolute - base, base_acceleration=base, force=force, inertia=inertia, touching=touching)
@@ -212,7 +207,7 @@ class _Pieced:
         known = self.rough.a if not cart_is_unseen(self.record) else -self.rough.inertia / self.mass
         acceleration = CubicSpline(time, known)
         integrals = acceleration.antiderivative(2)(time), acceleration.antiderivative(1)(time)
-        pieces = max(1, int((time[-1] - time[0]) * vibration[0] / (2.0 * np.pi * _PERIODS)))
+        pieces = max(1, int((time[-1] - time[0]) * vibration[0] / (8.0 * np.pi)))  # four periods: they show the phase, and do not drift
         borders = np.linspace(0, len(time), pieces + 1).round().astype(int)
         of_u, of_v = np.zeros((len(time), 3 * pieces)), np.zeros((len(time), 3 * pieces))
         for piece, (first, last) in enumerate(zip(borders[:-1], borders[1:], strict=True)):

@@ -23,7 +23,7 @@ from identification.experiment.channels import (
     unit_among,
     unit_text,
 )
-from identification.experiment.clock import ClockSettings, all_repeat, check_time, longest_stretch, steps_back, timed
+from identification.experiment.clock import ClockSettings, all_repeat, check_time, steps_back, stretches, timed
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.load_record import angle_of
 from identification.experiment.noise import estimate_noise
@@ -32,13 +32,6 @@ from identification.experiment.readers.apart import TooCostlyError
 from identification.experiment.readers.recorder import same_axis
 from identification.experiment.samples import Saturation, find_saturation
 from identification.experiment.signals import ONE_BODY, motion_ratio
-
-SLOW_STEP = 0.05
-"""s: nothing states the unit of time and steps are longer: whether they are seconds is asked."""
-LONGEST_STEPS = {"s": 10.0, "ms": 200.0}
-"""By unit of time: a median step above is more likely written in a smaller one, as counted by a controller or an oscilloscope."""
-GROWING_SHARE = 0.99
-"""Of the steps: a column without a name that grows in more is the time, of a clock that may step back."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -178,7 +171,7 @@ def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, list[
     """
     values, settings = {column.name: column.values for column in columns}, ClockSettings()
     if steps_back(time):
-        settings = ClockSettings(stretch=longest_stretch(time))
+        settings = ClockSettings(stretch=1 + int(np.argmax([part.stop - part.start for part in stretches(time)])))
     even, kept, said = timed(time, values, settings, None, "the record")
     steps = np.diff(even)
     if (steps == 0.0).any() and not all_repeat(steps, kept.values()):
@@ -188,21 +181,17 @@ def _clocked(time: np.ndarray, columns: list[Column]) -> tuple[np.ndarray, list[
     return even, [replace(column, values=kept[column.name]) for column in columns], said, settings
 
 
-ROUND, TURN = 0.05, 1e-3
-"""Largest standard deviation of the distance of a point from its pivot, over that distance; smallest range of an angle, rad."""
-
-
 def _with_angle(columns: list[Column]) -> list[Column]:
     """With the angle of a point whose coordinates are x and y, where it moves on a circle about the origin, in place of both."""
     x, y = (next((column for column in columns if _plain(column.name) == name), None) for name in "xy")
     if x is None or y is None:
         return columns
     radius = np.hypot(x.values, y.values)
-    if not np.isfinite(radius).any() or np.nanstd(radius) > ROUND * np.nanmean(radius):
+    if not np.isfinite(radius).any() or np.nanstd(radius) > 0.05 * np.nanmean(radius):
         return columns
     down = "-" if np.nanmean(y.values) < 0.0 else ""
     angle = angle_of(x.values, -y.values if down else y.values)
-    if np.nanmax(angle) - np.nanmin(angle) < TURN:
+    if np.nanmax(angle) - np.nanmin(angle) < 1e-3:
         return columns
     name = f"atan2({x.name}, {down}{y.name})"
     return [*(one for one in columns if one not in (x, y)), Column(name=name, unit="rad", in_file=True, values=angle)]
@@ -244,10 +233,10 @@ def _column(name: str, values: np.ndarray, units: dict[str, str]) -> Column:
 
 
 def _time_column(columns: list[Column]) -> Column:
-    """The column called time, or the first whose name says so, or the first that grows; else a count of the samples."""
+    """The column called time, or the first whose name says so, or the first that grows, even if it steps back; else a count of samples."""
     called = [column for column in columns if column.name == TIME]
     called += [column for column in columns if is_time(column.name, column.unit or None) and np.isfinite(column.values).any()]
-    grows = [column for column in columns if column.values.size > 1 and np.mean(np.diff(column.values) > 0.0) > GROWING_SHARE]
+    grows = [column for column in columns if column.values.size > 1 and np.mean(np.diff(column.values) > 0.0) > 0.99]
     called += [column for column in grows if not _is_count(column)]
     longest = max((column.values.size for column in columns), default=0)
     return called[0] if called else Column(name="", unit="", in_file=False, values=np.arange(longest, dtype=np.float64))
@@ -262,16 +251,20 @@ def _is_count(column: Column) -> bool:
 
 
 def _time_unit(time: Column) -> tuple[str, str]:
-    """The unit of the time stamps, and why it is a guess: without a statement s, but whole numbers count ms or us."""
+    """The unit of the time stamps, and why it is a guess: without a statement s, but whole numbers count ms or us.
+
+    A long step is more likely in a smaller unit, as counted by a controller or an oscilloscope; beyond 0.05 s the guess is asked about.
+    """
     if (stated := unit_among(time.unit, TIME)) is not None:
         return stated, ""
     stamps = time.values[np.isfinite(time.values)]
     steps = np.diff(stamps)
     step = 0.0 if not steps.size else float(np.median(steps) if steps.all() else (stamps[-1] - stamps[0]) / steps.size)
-    whole = step > SLOW_STEP and bool(np.array_equal(stamps, np.rint(stamps)))
-    unit = next((one for one, longest in LONGEST_STEPS.items() if step <= longest and not (whole and one == "s")), "us")
+    slow = step > 0.05
+    whole = slow and bool(np.array_equal(stamps, np.rint(stamps)))
+    unit = next((one for one, longest in (("s", 10.0), ("ms", 200.0)) if step <= longest and not (whole and one == "s")), "us")
     statement = f"{time.unit!r} is no known unit of time" if time.unit else "the file states none"
-    return unit, f"{statement}, and {'whole' if whole else 'the'} numbers come in steps of {step:.4g}" if step > SLOW_STEP else ""
+    return unit, f"{statement}, and {'whole' if whole else 'the'} numbers come in steps of {step:.4g}" if slow else ""
 
 
 # Parts of names in English, German and Portuguese, in lower case and without accents.
@@ -292,14 +285,9 @@ FORCES = {
     "reaction_force": ("react", "support", "reac", "lager"),
 }
 SYMBOLS = {"x": "hammer_displacement", "y": "cart_displacement", "u": "relative_displacement", "f": "impact_force"}
-AXIS = re.compile(r"^(.*\S)\s+[xyz]$")
 ANGULAR = frozenset(("rad", "deg"))
-TURNS = 4.0 * np.pi
-"""rad: an angle that spans more is more likely written in degrees."""
-TOO_FAR, LARGE_UNIT = 0.5, "mm"
-"""m: a displacement that spans more is more likely written in this unit."""
-OFF_ZERO, MEAN_CROSSINGS = 0.5, 4
-"""Standard deviations, and crossings: a free motion about 0 that swings twice about its mean has a mean nearer to 0."""
+LARGE_UNIT = "mm"
+"""Of displacements that span more than half a metre if they are in m."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -333,13 +321,13 @@ class Mapped:
 
     @property
     def zero(self) -> float | None:
-        """How uncertain the zero is of a motion that swings, and about a mean far from 0, in the file's unit; else None."""
+        """How uncertain the zero is of a motion that swings twice about a mean far from 0, in the file's unit; else None."""
         usable = self.column.values[np.isfinite(self.column.values)]
         if CHANNELS[self.channel] == "force" or not usable.size:
             return None
         mean, swing = np.mean(usable), np.std(usable)
-        swings = np.count_nonzero(np.diff(usable > mean)) >= MEAN_CROSSINGS
-        return float(swing) if swings and abs(mean) > OFF_ZERO * swing else None
+        swings = np.count_nonzero(np.diff(usable > mean)) >= 4
+        return float(swing) if swings and abs(mean) > 0.5 * swing else None
 
     @property
     def is_output(self) -> bool:
@@ -396,7 +384,7 @@ def matched(time: np.ndarray, mapped: tuple[Mapped, ...]) -> tuple[Mapped, ...]:
 
 def _most_moving(alike: list[Column]) -> Column | None:
     """The one column that can be a channel; of a marker's three coordinates that in which it moves most. None where several can be."""
-    markers = [found.group(1) for column in alike if (found := AXIS.match(_plain(column.name)))]
+    markers = [found.group(1) for column in alike if (found := re.match(r"(.*\S)\s+[xyz]$", _plain(column.name)))]
     if len(alike) == len(markers) > 1 and len(set(markers)) == 1:
         return max(alike, key=lambda column: float(np.nanstd(column.values)) if np.isfinite(column.values).any() else 0.0)
     return alike[0] if len(alike) == 1 else None
@@ -448,10 +436,10 @@ def _mapped(channel: str, column: Column, *, turned: bool) -> Mapped:
     low, high = column.limits
     if channel == "relative_displacement" and (turned or _says(column.name, ANGLES)):
         unit, reason = ("rad", "a moment turns it" if turned else "an angle by its name")
-        if high - low > TURNS:
+        if high - low > 4.0 * np.pi:
             unit, reason = "deg", "the numbers are large for rad"
         return Mapped(channel=channel, column=column, unit=unit, guessed=f"{guessed}, and {reason}")
-    if dimension == "displacement" and high - low > TOO_FAR:
+    if dimension == "displacement" and high - low > 0.5:
         unit, guessed = LARGE_UNIT, f"{guessed}, and the numbers are large for m"
     unknown = bool(column.unit) and not _says(column.name, MOMENTS)
     return Mapped(channel=channel, column=column, unit=unit, guessed=guessed, unknown=unknown)

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from identification.experiment.channels import CART_CHANNELS
 from identification.experiment.checks import MOSTLY_SINE, Declared, Finding, all_findings, is_turned
-from identification.experiment.clock import IRREGULAR_SPREAD, rebuilt
+from identification.experiment.clock import IRREGULAR_SPREAD, LONG, rebuilt
 from identification.experiment.errors import ExperimentError, listed
 from identification.experiment.experiment import Record
 from identification.experiment.noise import estimate_noise
@@ -20,11 +20,6 @@ from identification.experiment.readers import READERS, check_suffix
 from identification.experiment.signals import Sine, contact_force, fit_sine
 from identification.inspection.columns import Column, FileColumns, Mapped, map_columns, matched, read_file
 from vibrojax.errors import printable
-
-AT_REST = 5.0
-"""Noises: a channel whose standard deviation is less stands still."""
-REST_SHARE = 0.02
-"""Of the hammer's standard deviation: a cart that moves less stands still, though impacts shake it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,9 +161,9 @@ def _guess(record: Record) -> Guess:
 
 
 def _moves(record: Record, channel: str, *, beside: str = "") -> bool:
-    """Whether a channel is more than noise, and more than a trace of what happens in the one beside it."""
-    trace = REST_SHARE * float(np.nanstd(record.channels[beside])) if beside in record.channels else 0.0
-    return float(np.nanstd(record.channels[channel])) > max(AT_REST * record.noise.get(channel, 0.0), trace)
+    """Whether a channel is more than five times its noise, and more than a trace, 2 %, of what happens in the one beside it."""
+    trace = 0.02 * float(np.nanstd(record.channels[beside])) if beside in record.channels else 0.0
+    return float(np.nanstd(record.channels[channel])) > max(5.0 * record.noise.get(channel, 0.0), trace)
 
 
 def summary(inspection: Inspection) -> Group:
@@ -208,16 +203,12 @@ def _bold(text: str) -> Text:
     return Text(printable(text), style="bold")
 
 
-GAP = 1.5
-"""Of the median step: a longer one is a gap."""
-
-
 def time_sentence(found: FileColumns) -> str:
     """What the time stamps of a file say; steps that are gaps do not count as jitter."""
     time = found.seconds[np.isfinite(found.seconds)]
     steps = np.diff(time)
     median = float(np.median(steps)) if steps.size else np.nan
-    even, gaps = steps[(steps > 0.0) & (steps <= GAP * median)], steps[steps > GAP * median]
+    even, gaps = steps[(steps > 0.0) & (steps <= LONG * median)], steps[steps > LONG * median]
     begin, duration = (time[0], time[-1] - time[0]) if time.size else (np.nan, 0.0)
     said = [f"{found.seconds.size} samples in {duration:.6g} s from {begin:.6g} s"]
     said += [f"{found.rate:.6g} Hz"] if isfinite(found.rate) else []

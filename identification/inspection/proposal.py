@@ -7,14 +7,7 @@ from identification.experiment.errors import listed
 from identification.experiment.readers import stem_of
 from identification.inspection.columns import ANGULAR, Mapped
 from identification.inspection.inspect import Inspected, Inspection
-from vibrojax.data_files import data_path
 from vibrojax.errors import printable
-
-
-def template() -> str:
-    """TOML text that describes two records, whose files must be put beside it, with every key."""
-    return data_path("template.toml").read_text(encoding="utf-8")
-
 
 HEAD = """\
 # Proposed from the recorded files. Fill in the lines that say TO FILL IN (take the "#" away), and check every guess.
@@ -56,8 +49,6 @@ UNKNOWN = """\
 # [sensors.hammer_displacement] # TO FILL IN: such a table for every channel that a record names in 'columns'
 # unit = "m"{outputs}
 """
-FAR_GAP = 100.0
-"""m: of a record without a stop."""
 
 
 def propose(inspection: Inspection, folder: Path) -> str:
@@ -164,9 +155,7 @@ def _record(one: Inspected, inspection: Inspection, folder: Path, sensors: dict[
         "[[record]]",
         f"file = {_text(file)}",
         f'kind = "{guess.kind}" # guess: {guess.why}',
-        f"gap = {FAR_GAP} # no stop"
-        if stopless
-        else "# gap = 0.0 # TO FILL IN: m, clearance between hammer and stop at rest as it was set",
+        "gap = 100.0 # no stop" if stopless else "# gap = 0.0 # TO FILL IN: m, clearance between hammer and stop at rest as it was set",
     ]
     if found.untimed:
         lines.append("# sampling_frequency = 1000.0 # TO FILL IN: Hz; the file has no time stamps")

@@ -50,7 +50,6 @@ def _part(cut: Cut, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: values[kept] for name, values in columns.items()} | {"time": time[kept] - time[kept[0]]}
 
 
-AIR_TRACK_HZ = 500.0
 MARKERS = ("a X", "b X")
 
 
@@ -70,7 +69,7 @@ def air_track(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
         raise InputError(f"{cut.source} has no line with the columns {', '.join(MARKERS)}: expected a table of the two riders' markers")
     places = [rows[header].index(marker) for marker in MARKERS]
     first, second = np.array([[_coordinate(cells, place) for place in places] for cells in rows[header + 1 :]]).T
-    return _part(cut, {"time": np.arange(len(first)) / AIR_TRACK_HZ, "closing": -np.abs(first - second)})
+    return _part(cut, {"time": np.arange(len(first)) / 500.0, "closing": -np.abs(first - second)})
 
 
 def _coordinate(cells: list[str], place: int) -> float:
@@ -82,11 +81,8 @@ def _coordinate(cells: list[str], place: int) -> float:
 
 
 STEP_S = 2e-5
-ACCELERATION_PER_COUNT = 16.0 / 32768.0 * 9.80665
 AXIAL = 1
 """Row of the accelerometer that points along the spring."""
-HALF_WINDOW = 50
-"""Samples on either side of the local quartics that differentiate the displacement twice: 1 ms."""
 
 
 def cyberdiver(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
@@ -94,20 +90,21 @@ def cyberdiver(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
 
     In free fall, before the nose meets the water, spring and accelerometer read zero; what they do read there, on average over the
     option `rest` (s, s), is taken off. The nose has no accelerometer: its acceleration is the body's less the second derivative of
-    the compression. An accelerometer feels no gravity, so neither does a model that it drives. Option `run`: name of the run.
+    the compression, by local quartics over 1 ms to either side. An accelerometer feels no gravity, so neither does a model that it
+    drives. Option `run`: name of the run.
 
     Returns:
         `compression` of the spring, mm; accelerations `body`, as its accelerometer reads it, and `nose`, m/s^2.
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
         compression = 1e-3 * archive[f"{cut.options['run']}/pos_um"].astype(float)
-        body = ACCELERATION_PER_COUNT * archive[f"{cut.options['run']}/acc_counts"][AXIAL].astype(float)
+        body = 16.0 / 32768.0 * 9.80665 * archive[f"{cut.options['run']}/acc_counts"][AXIAL].astype(float)
         begin = 1e-6 * float(archive[f"{cut.options['run']}/t0_us"])
     time = begin + STEP_S * np.arange(len(compression))
     first, last = cut.options["rest"]
     rest = (time >= first) & (time <= last)
     compression, body = compression - compression[rest].mean(), body - body[rest].mean()
-    curvature = 1e-3 * savgol_filter(compression, 2 * HALF_WINDOW + 1, 4, deriv=2, delta=STEP_S)
+    curvature = 1e-3 * savgol_filter(compression, 101, 4, deriv=2, delta=STEP_S)
     return _part(cut, {"time": time, "compression": compression, "body": body, "nose": body - curvature})
 
 
@@ -136,8 +133,6 @@ def friction_backlash(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
 
 
 PCB_HZ = 51_200.0
-QUIET = 900
-"""First samples, before the table hits, whose mean is what the amplifiers read at rest."""
 
 
 def pcb_shock(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
@@ -148,7 +143,7 @@ def pcb_shock(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
         both = archive[cut.options["test"]].astype(float)
-    both -= both[:QUIET].mean(axis=0)
+    both -= both[:900].mean(axis=0)  # before the table hits
     return _part(cut, {"time": np.arange(len(both)) / PCB_HZ, "table": both[:, 0], "board": both[:, 1]})
 
 

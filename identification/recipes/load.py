@@ -88,22 +88,21 @@ def read_recipe(folder: Path) -> Recipe:
     table.allow("schema", *TEXTS, "file", "record")
     if table.needed_number("schema", unit="") != SCHEMA:
         raise ExperimentError(f"schema in {table.where} is {shown(values['schema'])}: expected {SCHEMA}")
-    files = [Table(values=each, where=f"a file of {table.where}") for each in _tables(table, "file")]
     return Recipe(
         name=folder.name,
         folder=folder,
         **{key: table.needed_string(key) for key in TEXTS},
-        sha256={each.needed_string("path"): each.needed_string("sha256") for each in files},
-        cuts=tuple(_cut(Table(values=each, where=f"a record of {table.where}")) for each in _tables(table, "record")),
+        sha256={each.needed_string("path"): each.needed_string("sha256") for each in _tables(table, "file")},
+        cuts=tuple(map(_cut, _tables(table, "record"))),
     )
 
 
-def _tables(table: Table, key: str) -> list[dict[str, object]]:
+def _tables(table: Table, key: str) -> list[Table]:
     """An array of tables that must not be empty."""
     found = table.values.get(key)
     if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
         raise ExperimentError(f"{table.where} has no table [[{key}]]: expected at least one; add it")
-    return found
+    return [Table(values=each, where=f"a {key} of {table.where}") for each in found]
 
 
 def _cut(table: Table) -> Cut:
@@ -118,7 +117,6 @@ def _cut(table: Table) -> Cut:
 
 
 PRESENT, MISSING, DIFFERS = "present", "missing", "differs"
-SHOWN_DIGITS = 12
 
 
 def recordings_folder(recipe: Recipe, data: Path) -> Path:
@@ -146,10 +144,10 @@ def find_recordings(recipe: Recipe, data: Path) -> Path:
         raise InputError(f"{folder} lacks {what}: get the recordings from {recipe.origin} and name their folder with --data")
     other = next((path for path, state in states.items() if state == DIFFERS), None)
     if other is not None:
-        digest = sha256_of(folder / other)
+        digest, wanted = sha256_of(folder / other)[:12], recipe.sha256[other][:12]
         raise InputError(
             f"{folder / other} is not the file that recipe {recipe.name!r} was written for "
-            f"(sha256 {digest[:SHOWN_DIGITS]}…, expected {recipe.sha256[other][:SHOWN_DIGITS]}…): get it again from {recipe.origin}"
+            f"(sha256 {digest}…, expected {wanted}…): get it again from {recipe.origin}"
         )
     return folder
 

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.signal import find_peaks
 
 from identification.experiment import Experiment, ParameterOption, Record
-from identification.guesses.declared_model import check_precision, check_wishes, expected, nominal_model, priors, varying, within_bounds
+from identification.guesses.declared_model import check_precision, check_wishes, nominal_model, priors, varying, within_bounds
 from identification.guesses.fitted_part import from_release
 from identification.guesses.motion import (
     Kinematics,
@@ -121,7 +121,8 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
     experiment = dataclasses.replace(experiment, records=tuple(records))
     parameters = model.parameters + (() if experiment.mass_is_known else (MASS,))
     check_wishes(experiment, parameters)
-    parameters, model = within_bounds(experiment, parameters), model.replace(expected(experiment))
+    parameters = within_bounds(experiment, parameters)
+    model = model.replace({name: mean for name, mean, _ in priors(experiment) if name != MASS.name})  # where records show no first guess
     zeros = {channel: sensor.zero for channel, sensor in experiment.sensors.items() if sensor.zero is not None}
     unknowns = unknowns_of(model, parameters, zeros=tuple(zeros), varying=varying(experiment))
 

@@ -98,15 +98,15 @@ class Label:
         return f"{self.symbol} ({unit_text(self.unit)})"
 
 
-_WORDS = {
-    "hammer_displacement": ("hammer displacement", "x"),
-    "cart_displacement": ("cart displacement", "y"),
-    "relative_displacement": ("relative displacement", "u"),
-    "hammer_acceleration": ("hammer acceleration", "ẍ"),
-    "cart_acceleration": ("cart acceleration", "ÿ"),
-    "impact_force": ("impact force", "Fᵢ"),
-    "applied_force": ("applied force", "F"),
-    "reaction_force": ("reaction force", "R"),
+_SYMBOLS = {
+    "hammer_displacement": "x",
+    "cart_displacement": "y",
+    "relative_displacement": "u",
+    "hammer_acceleration": "ẍ",
+    "cart_acceleration": "ÿ",
+    "impact_force": "Fᵢ",
+    "applied_force": "F",
+    "reaction_force": "R",
 }
 
 
@@ -117,7 +117,7 @@ def spoken(channel: str) -> str:
         >>> spoken("impact_force")
         'impact force'
     """
-    return _WORDS[channel][0] if channel in _WORDS else channel.replace("_", " ")
+    return channel.replace("_", " ")
 
 
 def plain_name(effect: str) -> str:
@@ -132,7 +132,7 @@ def plain_name(effect: str) -> str:
 
 def label(channel: str, experiment: Experiment) -> Label:
     """Displacements in mm, everything else in SI; angles, and volts that stand for a quantity, stay what they are."""
-    words, symbol = spoken(channel), _WORDS.get(channel, ("", channel))[1]
+    words, symbol = spoken(channel), _SYMBOLS.get(channel, channel)
     sensor = experiment.sensors.get(channel)
     if sensor is not None and sensor.sensitivity is None and sensor.unit in ("V", "rad", "deg"):
         return Label(words=words, symbol=symbol, factor=1.0 / factor_to_si(sensor.unit, CHANNELS[channel], channel), unit=sensor.unit)

@@ -8,9 +8,6 @@ from collections.abc import Iterable, Sequence
 NONE = "–"
 _RAISED = str.maketrans("0123456789-+n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺ⁿ")
 _LOWERED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_PLAIN_FROM, _PLAIN_BELOW = -3, 5
-_DIGITS = 5
-_LEAST_CHANCE = 1e-99
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -56,7 +53,7 @@ def rounded(value: float, error: float | None = None) -> Rounded:
     known = error is not None and math.isfinite(error) and error > 0
     exponent = _exponent(max(abs(value), float(error) if known and error is not None else 0.0))
     if not known or error is None:
-        digits = f"{value / 10.0**exponent:.{_DIGITS}g}"
+        digits = f"{value / 10.0**exponent:.5g}"
         decimals = len(digits.partition(".")[2]) if "e" not in digits else 0
         return Rounded(value=digits.replace("-", "−"), error="", exponent=exponent, decimals=decimals)
     place = math.floor(math.log10(float(f"{error:.1e}"))) - 1
@@ -97,7 +94,7 @@ def chance_text(chance: float) -> str:
         >>> chance_text(0.0), chance_text(0.25), chance_text(3.3e-7), chance_text(1.0)
         ('< 1 × 10⁻⁹⁹', '0.25', '3.3 × 10⁻⁷', '1')
     """
-    return "< 1 × 10⁻⁹⁹" if chance < _LEAST_CHANCE else significant(chance, 2).removesuffix(".0")
+    return "< 1 × 10⁻⁹⁹" if chance < 1e-99 else significant(chance, 2).removesuffix(".0")
 
 
 def compact(text: str) -> str:
@@ -133,7 +130,7 @@ def _exponent(magnitude: float) -> int:
     if not magnitude:
         return 0
     power = math.floor(math.log10(magnitude))
-    return 0 if _PLAIN_FROM <= power < _PLAIN_BELOW else power
+    return 0 if -3 <= power < 5 else power
 
 
 def _fixed(number: float, decimals: int) -> str:

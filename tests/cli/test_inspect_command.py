@@ -6,7 +6,6 @@ import tomllib
 
 import pytest
 
-from identification.inspection import template
 from vibrojax.cli import main
 from vibrojax.data_files import data_path
 
@@ -96,4 +95,8 @@ def test_new_writes_the_template(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert call(monkeypatch, "new", "rigs/b") == 0
     assert call(monkeypatch, "new") == 0
-    assert (tmp_path / "rigs/b/experiment.toml").read_text() == template() == (tmp_path / "experiment.toml").read_text()
+    assert (
+        (tmp_path / "rigs/b/experiment.toml").read_text()
+        == data_path("template.toml").read_text(encoding="utf-8")
+        == (tmp_path / "experiment.toml").read_text()
+    )

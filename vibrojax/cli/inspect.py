@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from vibrojax.cli.options import Quiet
+from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
 
 INSPECT_EXAMPLE = "Example:  vibrojax inspect rig-B --out rig-B/experiment.toml"
@@ -63,9 +64,7 @@ def new(
     Exit status: 0 written, 2 bad input; a file that is there is never overwritten.
     """
     target = _target(directory / FILE_NAME)
-    from identification.inspection import template
-
-    _write(target, template())
+    _write(target, data_path("template.toml").read_text(encoding="utf-8"))
     typer.echo(f"{target} written; put the recorded files beside it and adapt it")
 
 

@@ -32,9 +32,6 @@ READERS: tuple[AbstractReader, ...] = tuple(
 )
 
 
-OVERLOADED = "is infinite, as in an overload,"
-
-
 def check_suffix(file: str) -> tuple[AbstractReader, str]:
     """The reader of a file and the suffix that chose it, by the file's name or path; upper and lower case are one.
 
@@ -90,7 +87,7 @@ def read_here(path: Path, wanted: AbstractSet[str], file: str) -> Columns:
         over = {name: np.flatnonzero(np.isinf(values)) for name, values in columns.values.items()}
         for values in columns.values.values():
             np.copyto(values, np.nan, where=~(np.abs(values) <= LARGEST))
-        lost = [Lost(column=name, why=OVERLOADED, places=places) for name, places in over.items() if places.size]
+        lost = [Lost(column=name, why="is infinite, as in an overload,", places=places) for name, places in over.items() if places.size]
         return replace(columns, lost=tuple(lost))
     except ExperimentError as error:
         raise ExperimentError(f"record {shown(file)}: {error}") from error

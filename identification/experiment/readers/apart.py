@@ -31,13 +31,10 @@ LENGTH = 8
 """Bytes of the header's length, and the multiple to which the header is filled up."""
 ERROR, OUT_OF_MEMORY = "error", 70
 """Key of a header that holds a message in place of columns; exit status of a child that had no memory left."""
-_ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 _SERVE = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
     "from identification.experiment.readers import apart, check_suffix, read_here; apart.serve(int(sys.argv[2]), check_suffix, read_here)"
 )
-_DIE_WITH_PARENT = 1
-"""Request of Linux's `prctl`."""
 Read = Callable[[Path, AbstractSet[str], str], Columns]
 """Reads the wanted columns of a file, whose name is for messages."""
 
@@ -105,7 +102,7 @@ class ReadingProcess:
                     pass_fds=[far.fileno()],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
-                    env=os.environ | _ONE_THREAD,
+                    env=os.environ | dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
                     start_new_session=True,  # Ctrl-C is this process's affair
                 )
             self._owner = os.getpid()
@@ -209,4 +206,4 @@ def _has_memory_error(error: BaseException | None) -> bool:
 def _end_with_parent() -> None:
     """Where the system can: whoever ends the program leaves no process behind."""
     with contextlib.suppress(OSError, AttributeError):
-        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG

@@ -15,8 +15,6 @@ from identification.experiment.errors import ExperimentError, listed, shown
 from identification.experiment.limits import check_claim, check_numeric, check_shape
 from identification.experiment.readers.base import AbstractReader, Columns, as_column
 
-MEMBER_SUFFIX = ".npy"
-
 
 class NpzReader(AbstractReader):
     """Reads one-dimensional arrays of an archive, one per channel; object arrays are refused."""
@@ -26,8 +24,8 @@ class NpzReader(AbstractReader):
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         with zipfile.ZipFile(path) as archive:
-            members = [info for info in archive.infolist() if info.filename.endswith(MEMBER_SUFFIX)]
-            names = [info.filename.removesuffix(MEMBER_SUFFIX) for info in members]
+            members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
+            names = [info.filename.removesuffix(".npy") for info in members]
             for place, name in enumerate(names):
                 if name in names[:place]:
                     raise ExperimentError(f"array {shown(name)} is there twice: expected different names; rename one")
@@ -51,10 +49,6 @@ def _column(archive: zipfile.ZipFile, info: zipfile.ZipInfo, name: str) -> Float
             raise ExperimentError(f"array {shown(name)} claims {claimed} bytes and holds {stored}: the file is damaged, export it again")
     with archive.open(info) as stream:
         return as_column(np.lib.format.read_array(stream, allow_pickle=False), name)
-
-
-MOST_LEVELS = 8
-"""Of groups in groups."""
 
 
 class Hdf5Reader(AbstractReader):
@@ -100,7 +94,7 @@ def _within(group: h5py.Group, path: str, above: frozenset[object] = frozenset()
     for name, item in _members(group).items():
         if not isinstance(item, h5py.Group):
             found[f"{path}{name}"] = item
-        elif item.id not in above and len(above) < MOST_LEVELS:
+        elif item.id not in above and len(above) < 8:
             found |= _within(item, f"{path}{name}.", above)
     return found
 
@@ -132,8 +126,6 @@ def _checked(dataset: "h5py.Dataset | None", name: str) -> h5py.Dataset:
 
 
 NUMERIC_CLASSES = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
-UNIT_FIELDS = ("unit", "units")
-"""Fields of a struct that state the unit of the columns beside them."""
 
 
 class MatReader(AbstractReader):
@@ -173,7 +165,9 @@ def _in_struct(path: str, struct: np.ndarray) -> Iterator[tuple[str, np.ndarray,
         return
     one = struct.reshape(-1)[0]
     members = {name: one[name] for name in struct.dtype.names if isinstance(one[name], np.ndarray)}
-    unit = next((str(members[name].reshape(-1)[0]) for name in UNIT_FIELDS if name in members and members[name].dtype.kind == "U"), "")
+    unit = next(
+        (str(members[name].reshape(-1)[0]) for name in ("unit", "units") if name in members and members[name].dtype.kind == "U"), ""
+    )
     for name, values in members.items():
         if values.dtype.names is not None:
             yield from _in_struct(f"{path}.{name}", values)

@@ -22,8 +22,6 @@ from jaxtyping import Float64, Int, Shaped
 from identification.experiment.errors import shown
 from identification.experiment.limits import check_numeric, check_shape
 
-_NINES = re.compile(r"9\.99+0*e.*")
-"""Three digits or more, nines alone."""
 _SCPI = (9.9e37, 9.91e37)
 """What instruments write for an overload, with either sign, and for no reading (SCPI-99, volume 1, 7.2.1)."""
 _SINGLE_PRECISION = 1e-6
@@ -119,7 +117,7 @@ def marks_of_nothing(values: Float64[np.ndarray, " samples"]) -> list[float]:
     finite = values[np.isfinite(values) & ~np.isin(values, found)]
     for extreme in {float(finite.min()), float(finite.max())} if finite.size else ():
         rest = finite[finite != extreme]
-        if not _NINES.fullmatch(f"{abs(extreme):.6e}") or finite.size - rest.size < 2 or rest.size == 0:
+        if not re.fullmatch(r"9\.99+0*e.*", f"{abs(extreme):.6e}") or finite.size - rest.size < 2 or rest.size == 0:
             continue
         if 0.0 < np.ptp(rest) < np.abs(rest - extreme).min():
             found.append(extreme)

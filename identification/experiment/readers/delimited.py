@@ -47,7 +47,7 @@ def read_text(lines: list[str], wanted: AbstractSet[str], notice: str = "") -> C
         notices += (f"What stands below the samples, from line {layout.end + 1} on ({shown(lines[layout.end])}), is left out.",)
         lines = lines[: layout.end]
     check_samples(len(lines) - layout.first, "the file")
-    rate = layout.preamble.rate
+    rate = layout.rate
     blank = [name for name in names if is_time(name, layout.units.get(name))] if rate is not None else []
     asked = (wanted & set(names)) | set(blank) | ({names[0]} if rate is not None else set())
     asked |= {own for name, own in layout.own_times.items() if name in wanted}

@@ -1,17 +1,13 @@
 """LabVIEW measurement files: entries on the file, entries on the channels, a header row, then samples with a comment in some rows."""
 
 import re
-from collections.abc import Sequence
 
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError
 from identification.experiment.readers.layout import EMPTY, SAMPLED_ROWS, Layout, skipped, split
 from identification.experiment.readers.text import DECIMALS, is_number, read_preamble
 
-FILE_BEGIN, HEADER_END = "LabVIEW Measurement", "***End_of_Header***"
-HEADER_ROW = re.compile(r"X_Value *(?P<delimiter>[\t,;])")
-ABSCISSA, COMMENT = "X_Value", "Comment"
-DECIMAL, COUNTS, UNITS = "Decimal_Separator", "Samples", "Y_Unit_Label"
+ABSCISSA = "X_Value"
 
 
 def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
@@ -24,15 +20,15 @@ def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
         return None
     if len(headers) > 1:
         raise ExperimentError(
-            f"the file holds {len(headers)} segments, the second begins at line {_segment_begin(lines, headers) + 1}: expected one, "
-            "since each segment has a time axis of its own; export each segment as a file of its own, or cut the file there"
+            f"the file holds {len(headers)} segments, the second has its columns in line {headers[1][0] + 1}: expected one, "
+            "since each segment has a time axis of its own; export each segment as a file of its own, or cut the file above its head"
         )
     ((header, delimiter),) = headers
     cells = split(lines[header].rstrip(EMPTY), delimiter)
-    commented = cells[-1] == COMMENT
+    commented = cells[-1] == "Comment"
     cells = cells[:-1] if commented else cells
     entries = {row[0]: row[1:] for row in (split(line, delimiter) for line in lines[:header])}
-    decimal = _decimal(lines[header + 1 :], delimiter, len(cells), "".join(entries.get(DECIMAL, ())))
+    decimal = _decimal(lines[header + 1 :], delimiter, len(cells), "".join(entries.get("Decimal_Separator", ())))
     body = [_without_comment(line, delimiter, decimal, len(cells)) for line in lines[header + 1 :]] if commented else lines[header + 1 :]
     names = _names(cells)
     layout = Layout(
@@ -42,7 +38,7 @@ def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
         columns=tuple(enumerate(names)),
         units=_units(cells, names, entries),
         first=None if all(map(skipped, body)) else header + 1,
-        preamble=read_preamble([line for line in lines[:header] if line.strip()], delimiter),
+        rate=read_preamble([line for line in lines[:header] if line.strip()], delimiter).rate,
         own_times=_own_times(cells, names),
     )
     return layout, lines[: header + 1] + body
@@ -50,25 +46,10 @@ def find_labview(lines: list[str]) -> tuple[Layout, list[str]] | None:
 
 def _header_rows(lines: list[str]) -> list[tuple[int, str]]:
     """Index and delimiter of the header row of each segment: the first line with text below the end of a header."""
-    ends = [index for index, line in enumerate(lines) if line.startswith(HEADER_END)]
+    ends = [index for index, line in enumerate(lines) if line.startswith("***End_of_Header***")]
     below = [next((index for index in range(end + 1, len(lines)) if lines[index].strip(EMPTY)), end) for end in ends]
-    found = [(index, HEADER_ROW.match(lines[index])) for index in below]
+    found = [(index, re.match(r"X_Value *(?P<delimiter>[\t,;])", lines[index])) for index in below]
     return [(index, row["delimiter"]) for index, row in found if row]
-
-
-def _segment_begin(lines: list[str], headers: Sequence[tuple[int, str]]) -> int:
-    """Index of the first line of the second segment: the first of its entries, or the file's own entries where they stand there again."""
-    (first, _), (second, delimiter) = headers[:2]
-    again = next((index for index in range(first, second) if lines[index].startswith(FILE_BEGIN)), None)
-    if again is not None:
-        return again
-    begin = second
-    while begin - 1 > first:
-        key = split(lines[begin - 1], delimiter)[0]
-        if not key or any(is_number(key, decimal) for decimal in DECIMALS):  # as a row of samples begins
-            break
-        begin -= 1
-    return begin
 
 
 def _decimal(rows: list[str], delimiter: str, width: int, stated: str) -> str:
@@ -110,8 +91,8 @@ def _units(cells: list[str], names: list[str], entries: dict[str, list[str]]) ->
     their entries: the counts of samples, which no channel lacks, tell which cells are the channels'.
     """
     channels = [place for place, cell in enumerate(cells) if cell != ABSCISSA]
-    filled = [place for place, count in enumerate(entries.get(COUNTS, ())) if count]
+    filled = [place for place, count in enumerate(entries.get("Samples", ())) if count]
     at = filled if len(filled) == len(channels) else [place - 1 for place in channels]
-    labels = entries.get(UNITS, ())
+    labels = entries.get("Y_Unit_Label", ())
     found = {names[place]: labels[cell] for place, cell in zip(channels, at, strict=True) if cell < len(labels) and labels[cell]}
     return {name: "s" for name, cell in zip(names, cells, strict=True) if cell == ABSCISSA} | found

@@ -10,20 +10,15 @@ from functools import cached_property
 
 from identification.experiment.channels import is_unit
 from identification.experiment.errors import ExperimentError, listed, shown
-from identification.experiment.readers.text import DECIMALS, NO_PREAMBLE, UNIT_LISTS, Preamble, is_number, read_preamble
+from identification.experiment.readers.text import DECIMALS, UNIT_LISTS, is_number, read_preamble
 
 BLANKS = " "
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", BLANKS: "blanks"}
 """In the order in which they are preferred where two of them would do."""
 SAMPLED_ROWS = 200
-MOST_HEADER_ROWS = 4
 COMMENT_MARKS = "#%/;! "
 COMMENT = re.compile(r"#|(?:%|//)(?![;,\t])")
 """How a comment begins; "%" or "//" alone in a cell is the unit of a column."""
-WORDS = ("data", "samples", "values", "trace_values")
-"""Lines of one word between header and samples."""
-SETTINGS = ("start", "increment")
-"""Of an oscilloscope, whose names stand right of those of its channels."""
 EMPTY = " \t;,\ufeff"
 
 
@@ -39,7 +34,7 @@ class Layout:
         units: by column name, where a row of units or the preamble states them.
         first: index of the first line of samples; None where there is none.
         end: index past the last line of samples; None where they fill the file's end.
-        preamble: what stands above the header row.
+        rate: of sampling, Hz, where the lines above the header row state one.
         own_times: name of the column of time by channel, where each channel has one of its own.
     """
 
@@ -50,7 +45,7 @@ class Layout:
     units: dict[str, str]
     first: int | None
     end: int | None = None
-    preamble: Preamble = NO_PREAMBLE
+    rate: float | None = None
     own_times: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -114,7 +109,7 @@ def find_layout(lines: list[str]) -> Layout:
         units={name: unit for name, unit in stated.items() if name and unit},
         first=first,
         end=table.end(frozenset(line for line in header if not skipped(line))),
-        preamble=preamble,
+        rate=preamble.rate,
     )
 
 
@@ -236,7 +231,7 @@ class _Table:
         rows, last = [], self.begin - 1
         if last > 0 and self._is_mark(last):
             last -= 1
-        for row in range(last, max(last - MOST_HEADER_ROWS, -1), -1):
+        for row in range(last, max(last - 4, -1), -1):
             cells = self._fitted(self.lines[self.usable[row]])
             if cells is None:
                 break
@@ -255,7 +250,8 @@ class _Table:
     def _is_mark(self, row: int) -> bool:
         """Whether a row is one word on the samples below it, such as "trace_values", and the row above it is no row of units or numbers."""
         above = self.cells(row - 1)
-        if self.lines[self.usable[row]].strip(" []:;,\t").lower() not in WORDS or not 1 < self.width == len(above):
+        word = self.lines[self.usable[row]].strip(" []:;,\t").lower()
+        if word not in ("data", "samples", "values", "trace_values") or not 1 < self.width == len(above):
             return False
         return not any(is_number(cell, self.decimal) for cell in above) and (
             row > 1 and len(self.cells(row - 2)) > 1 or not is_row_of_units(above)
@@ -281,7 +277,7 @@ class _Table:
         while len(cells) > self.width and cells[-1].lower() in ("", "comment"):
             cells = cells[:-1]
         beyond = [cell for cell in cells[self._filled :] if cell]
-        if beyond and all(cell.lower() in SETTINGS or "=" in cell or is_number(cell, self.decimal) for cell in beyond):
+        if beyond and all(cell.lower() in ("start", "increment") or "=" in cell or is_number(cell, self.decimal) for cell in beyond):
             cells = cells[: self._filled] + [""] * (self.width - self._filled)
         if len(cells) == self.width - 1 and self.width - 1 not in self.numeric:
             cells = [*cells, ""]

@@ -18,10 +18,8 @@ from jaxtyping import Float64, Shaped
 
 from identification.experiment.channels import TIME
 from identification.experiment.errors import ExperimentError, shown
-from identification.experiment.limits import check_claim, check_numeric, check_samples, text_limit
+from identification.experiment.limits import MAX_TEXT_BYTES, check_claim, check_numeric, check_samples
 from identification.experiment.readers.base import AbstractReader, Columns, as_column
-
-INSTALL = 'pip install "vibrojax[labdata]"'
 
 
 def load_library(name: str, kind: str) -> ModuleType:
@@ -38,7 +36,8 @@ run pip install "vibrojax[labdata]", or export the record to .csv, .h5, .mat or 
             return importlib.import_module(name)
     except ImportError as error:
         raise ExperimentError(
-            f"{kind} files need the package {name}, which is not installed: run {INSTALL}, or export the record to .csv, .h5, .mat or .npz"
+            f'{kind} files need the package {name}, which is not installed: run pip install "vibrojax[labdata]", or export the record to '
+            ".csv, .h5, .mat or .npz"
         ) from error
 
 
@@ -56,11 +55,6 @@ def silenced() -> Iterator[None]:
     finally:
         sys.unraisablehook = hook
         logging.disable(level)
-
-
-TOLERANCE = 0.01
-"""Of a sampling step: time axes that differ by less are one."""
-NO_UNIT = ("", "none", "-", "1")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +117,7 @@ def to_columns(channels: Sequence[RecorderChannel], wanted: AbstractSet[str], st
 
 def stated(unit: str) -> bool:
     """Say whether a unit's text names one; formats fill an empty place with a word for nothing."""
-    return unit.strip().lower() not in NO_UNIT
+    return unit.strip().lower() not in ("", "none", "-", "1")
 
 
 def _time_of(channel: RecorderChannel) -> Float64[np.ndarray, " samples"]:
@@ -152,7 +146,7 @@ def common_axis(axes: Iterable[tuple[str, Float64[np.ndarray, " _"]]]) -> Float6
 
 
 def same_axis(time: Float64[np.ndarray, " _"], other: Float64[np.ndarray, " _"]) -> bool:
-    """Whether two time axes are one, but for rounding and for stamps that one of them lacks (NaN).
+    """Whether two time axes are one, but for a hundredth of a step and for stamps that one of them lacks (NaN).
 
     Example:
         >>> same_axis(np.array([0.0, 0.5, 1.0]), np.array([0.0, np.nan, 1.001])), same_axis(np.array([0.0, 0.5]), np.array([0.0, 0.6]))
@@ -162,7 +156,7 @@ def same_axis(time: Float64[np.ndarray, " _"], other: Float64[np.ndarray, " _"])
         return False
     steps = np.diff(time[np.isfinite(time)])
     apart = np.abs(other - time)
-    return bool(apart[np.isfinite(apart)].max(initial=0.0) <= TOLERANCE * abs(float(np.median(steps)) if steps.size else 0.0))
+    return bool(apart[np.isfinite(apart)].max(initial=0.0) <= 0.01 * abs(float(np.median(steps)) if steps.size else 0.0))
 
 
 def axis(time: Float64[np.ndarray, " samples"]) -> str:
@@ -228,12 +222,6 @@ def _tdms_channel(channel: Any, name: str, start: np.datetime64 | None) -> Recor
     return RecorderChannel(name=name, unit=unit, samples=samples, read=read, time=None if step is None else time)
 
 
-FUNCTION, DELIMITER = 58, b"    -1"
-TAIL_BYTES = 200
-TIME_RESPONSES = (0, 1)
-"""Function types: unknown, and time response."""
-TIME_AXES = (0, 1, 17)
-"""Specific data types of an abscissa: unknown, general, and time."""
 DIRECTIONS = {0: "", 1: "+X", -1: "-X", 2: "+Y", -2: "-Y", 3: "+Z", -3: "-Z", 4: "+RX", -4: "-RX", 5: "+RY", -5: "-RY", 6: "+RZ", -6: "-RZ"}
 
 
@@ -254,7 +242,7 @@ class UffReader(AbstractReader):
         _check_end(path)
         with silenced():
             file = library.UFF(str(path))
-            places = [place for place, kind in enumerate(file.get_set_types()) if kind == FUNCTION]
+            places = [place for place, kind in enumerate(file.get_set_types()) if kind == 58]
             heads = [file.read_sets(place, header_only=True) for place in places]
             by_text = [str(head["id1"]).strip() for head in heads]
             by_place = [f"{head['rsp_node']}{DIRECTIONS.get(head['rsp_dir'], '')}" for head in heads]
@@ -267,12 +255,12 @@ class UffReader(AbstractReader):
 def _check_end(path: Path) -> None:
     """Every data set ends with a line "-1"; a file that was cut off does not."""
     size = path.stat().st_size
-    if size > text_limit(size):
-        raise ExperimentError(f"the file has {size} bytes: expected at most {text_limit(size)}; cut or decimate the record")
+    if size > MAX_TEXT_BYTES:
+        raise ExperimentError(f"the file has {size} bytes: expected at most {MAX_TEXT_BYTES}; cut or decimate the record")
     with path.open("rb") as stream:
-        stream.seek(max(0, size - TAIL_BYTES))
+        stream.seek(max(0, size - 200))
         tail = stream.read()
-    if not tail.rstrip().endswith(DELIMITER):
+    if not tail.rstrip().endswith(b"    -1"):
         raise ExperimentError("the file does not end with a line '    -1': expected a complete universal file; copy or export it again")
 
 
@@ -282,7 +270,7 @@ def _uff_channel(file: Any, place: int, head: dict[str, Any], name: str) -> Reco
 
     def loaded(key: str) -> np.ndarray:
         if not data:
-            if head["func_type"] not in TIME_RESPONSES or head["abscissa_spec_data_type"] not in TIME_AXES:
+            if head["func_type"] not in (0, 1) or head["abscissa_spec_data_type"] not in (0, 1, 17):  # 0: unknown; 1 of an axis: general
                 raise ExperimentError(
                     f"data set {shown(name)} is of function type {head['func_type']} over an abscissa of type "
                     f"{head['abscissa_spec_data_type']}: expected a time response (1) over time (17); export the time histories"
@@ -304,13 +292,6 @@ def _uff_channel(file: Any, place: int, head: dict[str, Any], name: str) -> Reco
         time=lambda: loaded("x"),
         time_unit=str(head["abscissa_axis_units_lab"]),
     )
-
-
-TIME_MASTER = 1
-"""Synchronisation type of a master channel that counts time."""
-CONVERSIONS = (0, 1, 2, 4, 5, 6)
-"""Types of conversion that give numbers by a fixed rule: none, linear, rational, three kinds of table."""
-FORMULA = 3
 
 
 class Mdf4Reader(AbstractReader):
@@ -382,7 +363,7 @@ def _mdf4_channel(file: Any, group: int, index: int, channel: Any, name: str) ->
         return samples if invalid is None else np.where(np.asarray(invalid, dtype=bool), np.nan, samples.astype(np.float64))
 
     def time() -> np.ndarray:
-        if axis is not None and axis.sync_type != TIME_MASTER:
+        if axis is not None and axis.sync_type != 1:  # a master of time
             raise ExperimentError(f"channel {shown(name)} is recorded over {shown(axis.name)}, which is no time: expected {TIME} in s")
         if axis is not None:
             _check_conversion(axis, str(axis.name))
@@ -401,10 +382,10 @@ def _check_conversion(channel: Any, name: str) -> None:
     """Refuse a formula, which the library would evaluate as written, and whatever else gives no number by a fixed rule."""
     conversion = channel.conversion
     kind = 0 if conversion is None else int(conversion.conversion_type)
-    if conversion is not None and kind == FORMULA:
+    if conversion is not None and kind == 3:
         raise ExperimentError(
             f"channel {shown(name)} is converted by the formula {shown(conversion.formula)}, which is not evaluated: expected a "
             "linear or rational conversion, or a table of numbers; export physical values"
         )
-    if kind not in CONVERSIONS:
+    if kind not in (0, 1, 2, 4, 5, 6):  # none, linear, rational, three kinds of table
         raise ExperimentError(f"channel {shown(name)} is converted to text or bits (type {kind}): expected numbers; export the raw values")

@@ -4,17 +4,15 @@ import gzip
 import itertools
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float64
 
 from identification.experiment.errors import ExperimentError
-from identification.experiment.limits import text_limit
+from identification.experiment.limits import MAX_TEXT_BYTES, allowed_bytes
 
-BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-WESTERN = "cp1252"
 CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
 
 
@@ -26,7 +24,7 @@ def read_lines(path: Path) -> tuple[list[str], str]:
     """
     stored = path.stat().st_size
     packed = path.suffix.lower() == ".gz"
-    limit = text_limit(stored, packed=packed)
+    limit = min(MAX_TEXT_BYTES, allowed_bytes(stored)) if packed else MAX_TEXT_BYTES
     with gzip.open(path, "rb") if packed else path.open("rb") as stream:
         content = stream.read(limit + 1 if packed else min(limit, stored) + 1)
     if len(content) > limit:
@@ -42,11 +40,11 @@ def read_lines(path: Path) -> tuple[list[str], str]:
 def _decoded(content: bytes) -> tuple[str, str]:
     """The text, and a notice where its encoding was guessed."""
     try:
-        return content.decode(BYTE_ORDER_MARKS.get(content[:2], "utf-8-sig")), ""
+        return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"), ""
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         try:
-            return content.decode(WESTERN), "The file is not UTF-8; it was read as Windows-1252 (Latin-1)."
+            return content.decode("cp1252"), "The file is not UTF-8; it was read as Windows-1252 (Latin-1)."
         except UnicodeDecodeError:
             raise ExperimentError(f"line {line} is not UTF-8 text: expected UTF-8; save the file in that encoding") from error
 
@@ -59,9 +57,8 @@ _NUMBERS = {
     )
     for mark, group in zip(DECIMALS, reversed(DECIMALS), strict=True)
 }
-INFINITY = "\u221e"
-"""Which oscilloscopes print where the input was overloaded."""
-OVERLOAD = re.compile(rf"[-+\u2212]?{INFINITY}")
+OVERLOAD = re.compile("[-+\u2212]?\u221e")
+"""As oscilloscopes print it, the sign of infinity."""
 
 
 def is_number(cell: str, decimal: str) -> bool:
@@ -90,7 +87,6 @@ CLOCK = re.compile(
     r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T])?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:[.,]\d+)?)"
     r"(?: ?(?:Z|[+-]\d{2}:?\d{2}|(?P<half>[AaPp])[Mm]))?"
 )
-DAY = 86400.0
 
 
 def is_clock(cell: str) -> bool:
@@ -117,8 +113,8 @@ def seconds_of(cells: Sequence[str]) -> Float64[np.ndarray, " samples"]:
     part = np.array([0.0 if one is None else float("0" + one["s"][2:].replace(",", ".")) for one in found])
     usable = np.flatnonzero(np.isfinite(whole))
     if usable.size:
-        days = np.cumsum(np.diff(whole[usable], prepend=whole[usable[0]]) < -0.5 * DAY)
-        whole[usable] = whole[usable] - whole[usable[0]] + DAY * days
+        days = np.cumsum(np.diff(whole[usable], prepend=whole[usable[0]]) < -43200.0)
+        whole[usable] = whole[usable] - whole[usable[0]] + 86400.0 * days
         part -= part[usable[0]]
     return whole + part
 
@@ -159,8 +155,6 @@ STEPS = (
 """Keys of a sampling step, s unless the value states a unit of `SECONDS`."""
 HERTZ = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sa/s": 1.0, "sps": 1.0, "samples/s": 1.0, "khz": 1e3, "ks/s": 1e3, "mhz": 1e6}
 SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "\u03bcs": 1e-6, "usec": 1e-6, "ns": 1e-9}
-NAMES = "channel names"
-"""Key of the names of all columns, in place of a header row."""
 UNIT_LISTS, SCOPE_UNITS = ("units", "unit", "einheiten", "einheit", "unidades", "unites"), ("horizontal units", "vertical units")
 """Keys of the units of all columns, in a comment or above the header row, and of those of an oscilloscope."""
 ENTRY = re.compile(r"^[\s#%/;!\"]*(?P<key>[^:=\t;,\"]+?)\"?\s*[:=\t;,]\s*(?P<value>.*)$")
@@ -177,7 +171,7 @@ class Preamble:
         entries: cells by key, which is in lower case and with blanks for underscores.
     """
 
-    entries: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    entries: dict[str, tuple[str, ...]]
 
     @property
     def rate(self) -> float | None:
@@ -191,7 +185,7 @@ class Preamble:
 
     def names_for(self, width: int) -> tuple[str, ...]:
         """Names of all columns that the preamble gives in place of a header row: a list, or markers of three coordinates; else none."""
-        if len(listed := self.entries.get(NAMES, ())) == width:
+        if len(listed := self.entries.get("channel names", ())) == width:
             return listed
         markers = [cell for cell in self.entries.get(MARKERS, ()) if cell]
         names = tuple(f"{marker} {axis}" for marker in markers for axis in AXES)
@@ -208,9 +202,6 @@ class Preamble:
             listed = tuple(re.split(r"\s*[,;]\s*|\s+", listed[0]))
         scope = (*self.entries.get(SCOPE_UNITS[0], ())[:1], *self.entries.get(SCOPE_UNITS[1], ()))
         return next((tuple(each.strip("[]()") for each in one) for one in (listed, scope) if len(one) == len(names)), ())
-
-
-NO_PREAMBLE = Preamble()
 
 
 def read_preamble(lines: Sequence[str], delimiter: str) -> Preamble:

@@ -8,7 +8,8 @@ import pytest
 from benchmarks.smoothed_fit.rig import NOISE
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.simulate import simulate_record
-from identification.experiment import Experiment, ExperimentError, ParameterOption, Prior
+from identification.experiment import Experiment, ExperimentError, ParameterOption
+from identification.experiment.experiment import Prior
 from identification.report.tables import parameters, wishes
 from identification.result.files import fit_json
 from identification.result.result import AT_BOUND, OK

@@ -71,12 +71,12 @@ def test_the_second_segment_is_named(tmp_path):
     body = ["0,0\t1,5\t2\tRun 1", "0,5\t2,5\t3", "1,0\t3,5\t4"]
     again = segment() + body
     for between in ([""], []):
-        line = len(head() + body + between) + 1
+        line = len(head() + body + between + segment())
         with pytest.raises(
-            ExperimentError, match=f"holds 3 segments, the second begins at line {line}: expected one.*; export each segment"
+            ExperimentError, match=f"holds 3 segments, the second has its columns in line {line}: expected one.*; export each segment"
         ):
             read(tmp_path, head() + body + between + again + between + again)
-    with pytest.raises(ExperimentError, match=f"holds 2 segments, the second begins at line {len(head() + body) + 1}:"):
+    with pytest.raises(ExperimentError, match=f"holds 2 segments, the second has its columns in line {len(head() + body + head())}:"):
         read(tmp_path, head() + body + head() + body)
 
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from identification.experiment import estimate_noise, load_experiment
+from identification.experiment import load_experiment
+from identification.experiment.noise import estimate_noise
 
 
 def rig_signal(samples):

@@ -12,10 +12,12 @@ from rich.console import Console
 from identification.experiment import ExperimentError, load_experiment
 from identification.experiment.signals import fit_sine
 from identification.experiment.toml_file import Table
-from identification.inspection import inspect_path, propose, summary, template
+from identification.inspection import inspect_path, propose, summary
 from identification.inspection.inspect import time_sentence
 from tests.identification.experiment.recorder_files import write_mdf4, write_tdms, write_uff
 from vibrojax.data_files import data_path
+
+TEMPLATE = data_path("template.toml").read_text(encoding="utf-8")
 
 RATE = 2048.0
 TIME = np.arange(2048) / RATE
@@ -438,7 +440,7 @@ def settings_on(text):
 
 
 def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeypatch):
-    (tmp_path / "experiment.toml").write_text(template())
+    (tmp_path / "experiment.toml").write_text(TEMPLATE)
     write_csv(tmp_path / "drop.csv", channels("drop-test"))
     write_csv(tmp_path / "cart1.csv", channels("cart-excitation") | {"impact_force": noisy(0.0 * TIME, 0.1)})
     assert len(load_experiment(tmp_path).records) == 2
@@ -452,7 +454,7 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
         allow(table, *keys, noun=noun)
 
     monkeypatch.setattr(Table, "allow", watched)
-    text = settings_on(template()).replace("decimate = 4", "# decimate = 4").replace("fixed = true", "# fixed = true")  # one of two
+    text = settings_on(TEMPLATE).replace("decimate = 4", "# decimate = 4").replace("fixed = true", "# fixed = true")  # one of two
     text = text.replace("rebuild_time", "# rebuild_time").replace("stretch = 1", "# stretch = 1")  # of other clocks
     text = text.replace("mask = [[0.8, 0.9]]", "mask = [[0.0008, 0.0009]]")
     text = text.replace("crop = [0.2, 2.5]", "crop = [0.0, 2.5]").replace("resample = 2000.0", "resample = 2048000.0")
@@ -478,17 +480,17 @@ def test_the_template_loads_as_it_is_and_with_every_setting_on(tmp_path, monkeyp
 
 
 def test_every_setting_of_the_template_is_explained():
-    settings = [line for line in template().splitlines() if re.match(r"#?\w+ = ", line)]
+    settings = [line for line in TEMPLATE.splitlines() if re.match(r"#?\w+ = ", line)]
     silent = {line.partition(" = ")[0].lstrip("#") for line in settings if " # " not in line}
     assert silent <= {"file", "kind", "gap", "unit", "sign"}  # explained in the remarks above their tables
-    assert all(f"# {key}:" in template() for key in silent)
+    assert all(f"# {key}:" in TEMPLATE for key in silent)
 
 
 def test_the_template_names_every_channel():
-    from identification.experiment import CHANNELS, KINDS
+    from identification.experiment.channels import CHANNELS, KINDS
 
-    assert set(tomllib.loads(settings_on(template()))["sensors"]) == set(CHANNELS)
-    assert all(f'"{kind}"' in template() for kind in KINDS)
+    assert set(tomllib.loads(settings_on(TEMPLATE))["sensors"]) == set(CHANNELS)
+    assert all(f'"{kind}"' in TEMPLATE for kind in KINDS)
 
 
 def test_names_with_control_characters_are_shown_escaped_and_proposed_exactly(tmp_path):

@@ -9,8 +9,9 @@ from scipy.io import savemat
 
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ExperimentError, load_experiment
-from identification.recipes import RAW_READERS, Cut, Recipe, layouts
-from identification.recipes.load import find_recordings, load_recipe, read_recipe, recipe_experiment, recipe_names
+from identification.recipes import layouts
+from identification.recipes.layouts import RAW_READERS, Cut
+from identification.recipes.load import Recipe, find_recordings, load_recipe, read_recipe, recipe_experiment, recipe_names
 from vibrojax.errors import InputError
 
 RECIPES = recipe_names()
