@@ -9,6 +9,7 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float
 
+from vibrojax.channel_units import UNITS
 from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading
 from vibrojax.effects.probe import Probe, ProbeScales, is_of_mains
 from vibrojax.parameters import parameter
@@ -304,11 +305,16 @@ _NEARLY_STRAIGHT = 1e-4
 
 
 def _drifts(scales: ProbeScales) -> list["ZeroDrift"]:
-    """Every channel, straight and more and more curved, by its noise in the longest record."""
+    """Every channel that can show one, straight and more and more curved, by its noise in the longest record.
+
+    Without a spring that pulls the hammer back, its only displacement cannot: drift is then a steady velocity that no force opposes.
+    """
     longest = max(last - first for first, last in scales.clock.values())
+    displacements = [channel for channel in scales.channels if UNITS[channel] == "m"]
+    shown = [channel for channel in scales.channels if scales.f_n > 0.0 or displacements != [channel]]
     return [
         ZeroDrift(rate=scales.noise[channel] / longest, settling_rate=way / longest, of_channel=channel)
-        for channel in scales.channels
+        for channel in shown
         for way in _WAYS
     ]
 
