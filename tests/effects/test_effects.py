@@ -56,7 +56,7 @@ def test_all_of_the_contract_are_listed_in_its_order_and_then_others():
 def test_says_what_it_is(effect):
     assert re.fullmatch("[a-z]+(_[a-z]+)*", effect.name)
     assert effect.summary[0] in "am" or effect.summary.startswith(("dry", "drag", "impacts"))
-    assert not effect.summary.endswith(".") and effect.equation
+    assert not effect.summary.endswith(".") and effect.equation and effect.source
     assert [p.field for p in effect.parameters] == [f.name for f in dataclasses.fields(effect) if not f.metadata.get("static")]
     assert len({p.name for p in effect.parameters}) == len(effect.parameters)
     for p in effect.parameters:

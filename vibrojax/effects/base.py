@@ -2,7 +2,7 @@
 
 The same object simulates the effect, stands as a candidate in a diagnosis, and prints itself.
 
-To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation` and its `probe` (how it is
+To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and its `probe` (how it is
 searched for: `vibrojax.effects.probe`), declares its parameters as fields, and implements those of the hooks `force`, `stop_position`,
 `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it
 acts (by default each does nothing), and `scaled` where it is not in proportion to its strengths; then import it in
@@ -81,6 +81,7 @@ class AbstractEffect(eqx.Module):
     """What it is, as the subject of a sentence: "dry friction in the suspension"."""
     equation: eqx.AbstractClassVar[str]
     """For tables and reports."""
+    source: eqx.AbstractClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]] = DeclaredParameters()  # type: ignore[assignment]
     """Those that the fields declare (`vibrojax.parameters.parameter`), in their order."""
     probe: eqx.AbstractClassVar[Probe]

@@ -61,6 +61,7 @@ class FrequencyDrift(AbstractEffect):
     name: ClassVar[str] = "frequency_drift"
     summary: ClassVar[str] = "a drive whose frequency drifts during a record"
     equation: ClassVar[str] = "f(t) = f (1 + r t)"
+    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(_frequency_drifts, either_sign=True)
 
     drift_rate: Value = parameter("r", "1/s", start=1e-3, lower=-np.inf, scale=1e-3, meaning="relative change of the frequency per second")
@@ -128,6 +129,7 @@ class BaseHarmonics(AbstractEffect):
     name: ClassVar[str] = "base_harmonics"
     summary: ClassVar[str] = "a motion of the cart that is not a pure sine"
     equation: ClassVar[str] = "y = A0 [sin a + s_2 sin 2a + c_2 cos 2a + s_3 sin 3a + c_3 cos 3a],  a = Omega t + phase"
+    source: ClassVar[str] = "Fourier 1822"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [BaseHarmonics(_HARMONIC, _HARMONIC, _HARMONIC, _HARMONIC)] if scales.omega_exc else [],
         parts=("second_sine", "second_cosine", "third_sine", "third_cosine"),
@@ -181,6 +183,7 @@ class CartRecoil(AbstractEffect):
     name: ClassVar[str] = "cart_recoil"
     summary: ClassVar[str] = "a cart that recoils under the impacts"
     equation: ClassVar[str] = "M_c r'' = F - k_c r - c_c r',  y -> y + r"
+    source: ClassVar[str] = "Den Hartog 1934"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="recoil", unit="m", scale=1e-3),
         OwnState(name="recoil_velocity", unit="m/s", scale=0.05),

@@ -75,6 +75,7 @@ class ForceLag(AbstractChannelFault):
     name: ClassVar[str] = "force_lag"
     summary: ClassVar[str] = "a force channel that is low-passed or late"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
+    source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0),)
     probe: ClassVar[Probe] = Probe(_lags, delay="lag")
 
@@ -125,6 +126,7 @@ class SensorHighPass(AbstractChannelFault):
     name: ClassVar[str] = "sensor_high_pass"
     summary: ClassVar[str] = "a force cell or accelerometer that is AC coupled or discharges"
     equation: ClassVar[str] = "r_i = a (r_(i-1) + x_i - x_(i-1)),  a = exp(-dt/tau)"
+    source: ClassVar[str] = "Gautschi 2002"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="charge", unit=UNIT_OF_CHANNEL, scale=100.0),)
     probe: ClassVar[Probe] = Probe(_high_passes)
 
@@ -170,6 +172,7 @@ class RecorderLowPass(AbstractEffect):
     name: ClassVar[str] = "recorder_low_pass"
     summary: ClassVar[str] = "a recorder that low-passes all channels alike"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) x_i in every channel,  a = exp(-dt/tau)"
+    source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = tuple(
         OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]]) for channel in EVERY_CHANNEL
     )
@@ -236,6 +239,7 @@ class RecorderFilter(AbstractEffect):
     name: ClassVar[str] = "recorder_filter"
     summary: ClassVar[str] = "a known filter of the recorder"
     equation: ClassVar[str] = "r = H(0) x + sum e_k,  e_k' = p_k e_k + (c_k/p_k) x'"
+    source: ClassVar[str] = "Oppenheim and Schafer 1989"
     probe: ClassVar[Probe] = Probe(lambda scales: [])
     is_fault: ClassVar[bool] = True
     own_states: ClassVar[tuple[OwnState, ...]] = property(_own_states)  # type: ignore[assignment]

@@ -27,6 +27,7 @@ class CoulombFriction(AbstractEffect):
     name: ClassVar[str] = "coulomb_friction"
     summary: ClassVar[str] = "dry friction in the suspension"
     equation: ClassVar[str] = "force = -F_c sign(u')"
+    source: ClassVar[str] = "Coulomb 1785"
     probe: ClassVar[Probe] = Probe(lambda scales: [CoulombFriction(0.01 * scales.flight_force)])
     """A hundredth of the forces in flight."""
 
@@ -54,6 +55,7 @@ class QuadraticDrag(AbstractEffect):
     name: ClassVar[str] = "quadratic_drag"
     summary: ClassVar[str] = "drag that grows with the square of the velocity"
     equation: ClassVar[str] = "force = -c_d u' |u'|"
+    source: ClassVar[str] = "Newton 1687"
     probe: ClassVar[Probe] = Probe(lambda scales: [QuadraticDrag(0.01 * scales.flight_force / scales.speed**2)] if scales.speed else [])
     """At the highest speed, a hundredth of the forces in flight."""
 
@@ -87,6 +89,7 @@ class PowerLawDamping(AbstractEffect):
     name: ClassVar[str] = "power_law_damping"
     summary: ClassVar[str] = "a loss that grows with a power of the velocity"
     equation: ClassVar[str] = "force = -d |u'|^p sign(u')"
+    source: ClassVar[str] = "Constantinou and Symans 1993"
     probe: ClassVar[Probe] = Probe(_power_laws)
     special_cases: ClassVar[tuple[str, ...]] = ("quadratic_drag", "coulomb_friction")
     """p = 2, and p near 0."""
@@ -115,6 +118,7 @@ class AsymmetricDamping(AbstractEffect):
     name: ClassVar[str] = "asymmetric_damping"
     summary: ClassVar[str] = "a viscous damping that differs between the two directions"
     equation: ClassVar[str] = "force = -D_c |u'| / 2"
+    source: ClassVar[str] = "Dixon 2007"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [AsymmetricDamping(0.02 * scales.flight_force / scales.speed)] if scales.speed else [], either_sign=True
     )
@@ -144,6 +148,7 @@ class CubicStiffness(AbstractEffect):
     name: ClassVar[str] = "cubic_stiffness"
     summary: ClassVar[str] = "a hardening or softening suspension"
     equation: ClassVar[str] = "force = -k_3 u^3"
+    source: ClassVar[str] = "Duffing 1918"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.amplitude**3)] if scales.amplitude else [], either_sign=True
     )
@@ -167,6 +172,7 @@ class QuinticStiffness(AbstractEffect):
     name: ClassVar[str] = "quintic_stiffness"
     summary: ClassVar[str] = "a suspension that hardens or softens with the fifth power of the deflection"
     equation: ClassVar[str] = "force = -k_5 u^5"
+    source: ClassVar[str] = "Kovacic and Brennan 2011"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [QuinticStiffness(0.01 * scales.flight_force / scales.amplitude**5)] if scales.amplitude else [], either_sign=True
     )
@@ -198,6 +204,7 @@ class ForceSaturation(AbstractEffect):
     name: ClassVar[str] = "force_saturation"
     summary: ClassVar[str] = "a spring or actuator whose force saturates"
     equation: ClassVar[str] = "force = -F_s max(-1, min(1, u / u_s))"
+    source: ClassVar[str] = "Shaw and Holmes 1983"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [
             ForceSaturation(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude
@@ -223,6 +230,7 @@ class ConstantForce(AbstractEffect):
     name: ClassVar[str] = "constant_force"
     summary: ClassVar[str] = "a constant force on the hammer (tilt or preload)"
     equation: ClassVar[str] = "force = F_0"
+    source: ClassVar[str] = "statics"
     probe: ClassVar[Probe] = Probe(lambda scales: [ConstantForce(0.01 * scales.flight_force)], either_sign=True)
     """A hundredth of the forces in flight."""
 
@@ -246,6 +254,7 @@ class Hysteresis(AbstractEffect):
     name: ClassVar[str] = "hysteresis"
     summary: ClassVar[str] = "memory in the suspension (Bouc-Wen hysteresis)"
     equation: ClassVar[str] = "force = -F_h z,  d z' = u' - |u'| z/2 - u' |z|/2"
+    source: ClassVar[str] = "Wen 1976"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="1", scale=0.5),)
     probe: ClassVar[Probe] = Probe(
         lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude]
@@ -288,6 +297,7 @@ class SecondMode(AbstractEffect):
     name: ClassVar[str] = "second_mode"
     summary: ClassVar[str] = "a second vibrating mode on the hammer or its suspension"
     equation: ClassVar[str] = "m_2 (w'' + x'') = -(k_2 w + c_2 w'),  force = k_2 w + c_2 w'"
+    source: ClassVar[str] = "Ormondroyd and Den Hartog 1928"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="mode_displacement", unit="m", scale=1e-3),
         OwnState(name="mode_velocity", unit="m/s", scale=0.05),

@@ -139,6 +139,7 @@ class Formula(AbstractEffect):
     name: ClassVar[str] = property(lambda one: one.label or one.formula)  # type: ignore[assignment]
     summary: ClassVar[str] = property(lambda one: "the force " + (f"{one.label} = " if one.label else "") + one.formula)  # type: ignore[assignment]
     equation: ClassVar[str] = property(lambda one: f"force = {one.formula.replace('**', '^')}")  # type: ignore[assignment]
+    source: ClassVar[str] = "given by the user"
     parameters: ClassVar[tuple[Parameter, ...]] = property(_parameters)  # type: ignore[assignment]
     probe: ClassVar[Probe] = property(_probe)  # type: ignore[assignment]
 

@@ -120,6 +120,7 @@ class FreeForm(AbstractEffect):
     name: ClassVar[str] = "free_form"
     summary: ClassVar[str] = "a term that no listed effect accounts for"
     equation: ClassVar[str] = property(_equation)  # type: ignore[assignment]
+    source: ClassVar[str] = "learned from the records"
     parameters: ClassVar[tuple[Parameter, ...]] = property(_parameters)  # type: ignore[assignment]
     probe: ClassVar[Probe] = Probe(lambda scales: [], either_sign=True)
     """It is learned, not searched for among the listed effects."""
@@ -232,6 +233,7 @@ class TonalForce(AbstractEffect):
     name: ClassVar[str] = "tonal_force"
     summary: ClassVar[str] = "a force at one frequency that no listed effect accounts for"
     equation: ClassVar[str] = property(_tone)  # type: ignore[assignment]
+    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(lambda scales: [], parts=("cosine", "sine"), either_sign=True, is_line=True)
     """A line of the random force, not searched for among the listed effects."""
 

@@ -41,6 +41,7 @@ class ForceClipping(AbstractChannelFault):
     name: ClassVar[str] = "force_clipping"
     summary: ClassVar[str] = "a force channel that saturates"
     equation: ClassVar[str] = "r = min(F, F_max)"
+    source: ClassVar[str] = "saturation"
     probe: ClassVar[Probe] = Probe(_ceilings)
 
     of_channel: ClassVar[str] = "impact_force"
@@ -66,6 +67,7 @@ class GainError(AbstractChannelFault):
     name: ClassVar[str] = "gain_error"
     summary: ClassVar[str] = "a channel whose calibration factor is wrong"
     equation: ClassVar[str] = "r = g value"
+    source: ClassVar[str] = "ISO 16063-1"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GainError(factor=1.01, of_channel=channel) for channel in scales.channels if scales.tied], either_sign=True
     )
@@ -107,6 +109,7 @@ class NonlinearReading(AbstractChannelFault):
     name: ClassVar[str] = "nonlinear_reading"
     summary: ClassVar[str] = "a channel with a curved characteristic"
     equation: ClassVar[str] = "r = value + e_2 value^2 + e_3 value^3"
+    source: ClassVar[str] = "Doebelin 1990"
     probe: ClassVar[Probe] = Probe(_curves, parts=("quadratic", "cubic"), either_sign=True)
 
     quadratic: Value = parameter("e_2", f"1/({UNIT_OF_CHANNEL})", start=0.0, lower=-np.inf, meaning="quadratic part of the reading")
@@ -144,6 +147,7 @@ class TimeOffset(AbstractChannelFault):
     name: ClassVar[str] = "time_offset"
     summary: ClassVar[str] = "a channel that is shifted in time against the others"
     equation: ClassVar[str] = "r(t) = value(t - d)"
+    source: ClassVar[str] = "Laakso et al. 1996"
     probe: ClassVar[Probe] = Probe(_offsets, either_sign=True, delay="delay")
 
     delay: Value = parameter("d", "s", start=0.0, lower=-np.inf, scale=1e-3, meaning="time by which the channel is late")
@@ -197,6 +201,7 @@ class ClockDrift(AbstractChannelFault):
     name: ClassVar[str] = "clock_drift"
     summary: ClassVar[str] = "a channel whose clock differs from the others' by a constant factor"
     equation: ClassVar[str] = "r(t) = value(t (1 - ppm 1e-6))"
+    source: ClassVar[str] = "Elson and Roemer 2003"
     probe: ClassVar[Probe] = Probe(_clock_drifts, either_sign=True)
 
     drift_ppm: Value = parameter(
@@ -240,6 +245,7 @@ class MainsHum(AbstractChannelFault):
     name: ClassVar[str] = "mains_hum"
     summary: ClassVar[str] = "an interference line in a channel"
     equation: ClassVar[str] = "r = value + a sin(2 pi f t) + b cos(2 pi f t)"
+    source: ClassVar[str] = "Vasilescu 2005"
     probe: ClassVar[Probe] = Probe(_hums, parts=("sine", "cosine"), either_sign=True, is_line=True)
 
     frequency_hz: Value = parameter("f_h", "Hz", start=50.0, lower=1.0, upper=1e5, meaning="frequency of the line")
@@ -282,6 +288,7 @@ class ReadingTone(AbstractChannelFault):
     name: ClassVar[str] = "reading_tone"
     summary: ClassVar[str] = "a steady or decaying tone in a channel"
     equation: ClassVar[str] = "r = value + exp(-s t) (a sin(2 pi f t) + b cos(2 pi f t))"
+    source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(_tones, parts=("sine", "cosine"), either_sign=True, is_line=True)
     special_cases: ClassVar[tuple[str, ...]] = ("mains_hum",)
     """One that does not decay."""
@@ -331,6 +338,7 @@ class ZeroDrift(AbstractChannelFault):
     name: ClassVar[str] = "zero_drift"
     summary: ClassVar[str] = "a channel whose zero drifts"
     equation: ClassVar[str] = "r = value + b (1 - exp(-kappa t)) / kappa"
+    source: ClassVar[str] = "Doebelin 1990"
     probe: ClassVar[Probe] = Probe(_drifts, either_sign=True)
 
     rate: Value = parameter(

@@ -51,6 +51,7 @@ class StopCompliance(AbstractEffect):
     name: ClassVar[str] = "stop_compliance"
     summary: ClassVar[str] = "a compliant stop or load cell with a resonance"
     equation: ClassVar[str] = "m_s s'' = max(F, 0) - k_s s - c_s s',  gap -> gap + s,  load cell = k_s s + c_s s'"
+    source: ClassVar[str] = "Den Hartog 1934"
     own_states: ClassVar[tuple[OwnState, ...]] = (
         OwnState(name="stop_displacement", unit="m", scale=1e-4),
         OwnState(name="stop_velocity", unit="m/s", scale=0.3),
@@ -118,6 +119,7 @@ class ContactAdhesion(AbstractEffect):
     name: ClassVar[str] = "contact_adhesion"
     summary: ClassVar[str] = "a stop that holds the hammer back while it leaves"
     equation: ClassVar[str] = "force = P,  load cell = F - P,  P = F_ad min(1, 1 + delta/d_ad) while leaving, -d_ad < delta < 0"
+    source: ClassVar[str] = "Hillerborg, Modeer and Petersson 1976"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [ContactAdhesion(0.05 * scales.flight_force, part * scales.amplitude) for part in _REACH_GRID if scales.force]
     )
@@ -162,6 +164,7 @@ class BackStop(AbstractEffect):
     name: ClassVar[str] = "back_stop"
     summary: ClassVar[str] = "a second stop behind the hammer"
     equation: ClassVar[str] = "F_b = F(-u - gap_b, -u') towards the stop in front"
+    source: ClassVar[str] = "Shaw 1985"
     probe: ClassVar[Probe] = Probe(_back_stops, is_stop=True)
 
     distance: Value = parameter(
@@ -210,6 +213,7 @@ class MissingStop(AbstractEffect):
     name: ClassVar[str] = "missing_stop"
     summary: ClassVar[str] = "impacts on a stop that the nominal model lacks"
     equation: ClassVar[str] = "F = k_i delta^n (1 + lambda_i delta'),  delta = u - u_stop,  u_stop = gap + gap_0"
+    source: ClassVar[str] = "Hunt and Crossley 1975"
     probe: ClassVar[Probe] = Probe(_missing_stops, is_stop=True)
 
     impact_stiffness: Value = IMPACT_STIFFNESS.as_field()
@@ -293,6 +297,7 @@ class DeepStop(AbstractEffect):
     name: ClassVar[str] = "deep_stop"
     summary: ClassVar[str] = "a harder stop behind the first, which deep impacts reach"
     equation: ClassVar[str] = "F -> F + k_d (delta - d)^1.5 (1 + lambda_d delta')  beyond delta = d"
+    source: ClassVar[str] = "Shaw and Holmes 1983, Hunt and Crossley 1975"
     probe: ClassVar[Probe] = Probe(_deep_stops)
 
     stiffness: Value = parameter(
@@ -329,6 +334,7 @@ class GapDrift(AbstractEffect):
     name: ClassVar[str] = "gap_drift"
     summary: ClassVar[str] = "a gap that opens or closes steadily during a record"
     equation: ClassVar[str] = "gap(t) = gap + g t"
+    source: ClassVar[str] = "kinematics"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [GapDrift(_DRIFT_WAY * scales.amplitude / scales.latest)] if scales.force and scales.latest else [],
         either_sign=True,
@@ -372,6 +378,7 @@ class GapStep(AbstractEffect):
     name: ClassVar[str] = "gap_step"
     summary: ClassVar[str] = "a gap that changes suddenly at one instant"
     equation: ClassVar[str] = "gap(t) = gap + j H(t - t_s)"
+    source: ClassVar[str] = "kinematics"
     probe: ClassVar[Probe] = Probe(_gap_steps, either_sign=True)
 
     gap_jump: Value = parameter("j", "m", start=1e-4, lower=-np.inf, scale=1e-4, meaning="change of the gap")
