@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from identification.experiment.weak_form import Regression, robust_regression
 
 from benchmarks.complete.rigs import Job, write_awkward
 from identification.experiment import load_experiment
+from identification.experiment.weak_form import Regression, robust_regression
 from identification.trajectory.start import problem_of
 
 
