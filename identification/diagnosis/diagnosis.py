@@ -201,7 +201,7 @@ class Diagnosis:
         next_experiment: a further record that would separate the leading alternatives.
         warnings: for the reader.
         seconds: wall time by stage.
-        ring_downs: damping and frequency of free vibrations by amplitude, as recorded and of both models and the best candidates.
+        ring_downs: damping and frequency of free vibrations by amplitude, as recorded and of both models.
     """
 
     experiment: Experiment

@@ -1,7 +1,6 @@
 """Damping and frequency of free vibrations against their amplitude, as recorded and as models have them."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +8,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from identification.diagnosis.diagnosis import MISSING, Diagnosis
 from identification.experiment import Experiment
-from identification.report.base import DASHED, DASHES, PageStyle, Picture, panels
+from identification.report.base import DASHED, PageStyle, Picture, panels
 from identification.result.result import FitResult
 from identification.result.ring_down import RingDown, RingDowns
 from identification.wording.names import label, plain_name
@@ -20,51 +19,26 @@ _VAGUE = 3.0
 """Standard error, over the median one, above which a point does not widen an axis."""
 
 
-Line = tuple[str, tuple[RingDown, ...], str, Any]
-"""The curve of one model: name, ring-downs, colour and dashes."""
-
-
 def ring_downs(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """One picture, where a record of a fit has a free vibration."""
-    found = result.ring_downs
-    lines: list[Line] = [("nominal model", found.models.get("nominal", ()), style.nominal, DASHED)]
-    if result.added is not None and "augmented" in found.models:
-        named = joined([plain_name(name) for name in result.added.names])
-        lines.append((f"with {named}", found.models["augmented"], style.model, "-"))
-    yield from _picture(found, lines, result.experiment, style)
+    names = joined([plain_name(name) for name in result.added.names]) if result.added is not None else ""
+    yield from _picture(result.ring_downs, f"with {names}", result.experiment, style)
 
 
 def ring_downs_of_both(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
-    """The same of a diagnosis, with the candidates that are not within the errors of the nominal model."""
-    found = diagnosis.ring_downs
-    nominal = found.models.get("nominal", ())
-    lines: list[Line] = [("nominal model", nominal, style.nominal, DASHED)]
-    others = {name: curve for name, curve in found.models.items() if name not in ("nominal", "augmented")}
-    others = {name: curve for name, curve in others.items() if _differs(curve, nominal, found.measured)}
-    for (name, curve), colour, dashes in zip(others.items(), style.series[2:], DASHES[2:], strict=False):
-        lines.append((f"nominal with {plain_name(name)}", curve, colour, dashes))
-    if "augmented" in found.models:
-        names = joined([plain_name(effect.name) for effect in diagnosis.model.effects])
-        named = f"with {names}" if diagnosis.verdict == MISSING else "with the learned term"
-        lines.append((named, found.models["augmented"], style.model, "-"))
-    yield from _picture(found, lines, diagnosis.experiment, style)
+    """The same of a diagnosis."""
+    names = joined([plain_name(effect.name) for effect in diagnosis.model.effects])
+    named = f"with {names}" if diagnosis.verdict == MISSING else "with the learned term"
+    yield from _picture(diagnosis.ring_downs, named, diagnosis.experiment, style)
 
 
-def _differs(curve: tuple[RingDown, ...], nominal: tuple[RingDown, ...], measured: tuple[RingDown, ...]) -> bool:
-    """Whether a curve is somewhere further from that of the nominal model than one typical standard error."""
-    for name in ("damping", "frequency"):
-        error = float(np.median(np.concatenate([getattr(one, f"{name}_stderr") for one in measured])))
-        for one, other in zip(curve, nominal, strict=False):
-            known = np.interp(one.amplitude, other.amplitude[::-1], getattr(other, name)[::-1])
-            if np.max(np.abs(known - getattr(one, name))) > error:
-                return True
-    return False
-
-
-def _picture(found: RingDowns, lines: Sequence[Line], experiment: Experiment, style: PageStyle) -> Iterator[Picture]:
-    """Measured points with error bars, and a line a model; damping above, frequency below."""
+def _picture(found: RingDowns, augmented: str, experiment: Experiment, style: PageStyle) -> Iterator[Picture]:
+    """Measured points with error bars, and lines of the nominal and of the augmented model, of that name; damping above, frequency below."""
     if not found.measured:
         return
+    lines: list[tuple] = [("nominal model", found.models.get("nominal", ()), style.nominal, DASHED)]
+    if "augmented" in found.models:
+        lines.append((augmented, found.models["augmented"], style.model, "-"))
     recorded = {name for record in experiment.records for name in record.channels}
     look = label("relative_displacement" if "relative_displacement" in recorded else "hammer_displacement", experiment)
     legend = 0.19 * -(-(len(lines) + 1) // 2)
@@ -103,7 +77,7 @@ def _joined(measured: Sequence[RingDown], name: str) -> np.ndarray:
 
 
 def _panel(
-    axes: Axes, measured: Sequence[RingDown], lines: Sequence[Line], what: tuple[str, float], per_metre: float, style: PageStyle
+    axes: Axes, measured: Sequence[RingDown], lines: Sequence[tuple], what: tuple[str, float], per_metre: float, style: PageStyle
 ) -> None:
     """One quantity; its name as an attribute, and the factor to the axis."""
     name, factor = what

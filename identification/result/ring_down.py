@@ -40,8 +40,7 @@ class RingDown:
 class RingDowns:
     """What the free vibrations of the records show, and what models make of the same vibrations.
 
-    `models` has ring-downs of simulated motion by name: "nominal", "augmented", or that of an effect beside the nominal model. `left_out`
-    says why no decay can be read, by record file.
+    `models` has ring-downs of simulated motion by name: "nominal" or "augmented". `left_out` says why no decay can be read, by record file.
     """
 
     measured: tuple[RingDown, ...] = ()

@@ -20,7 +20,7 @@ from identification.diagnosis.diagnosis import (
 )
 from identification.result.evidence import Disagreement, Unrest
 from identification.result.result import FitResult, Quantity, RecordFit
-from tests.identification.made_result import WITH_CANDIDATES
+from tests.identification.made_result import OF_BOTH
 from vibrojax.effects import CoulombFriction, CubicStiffness
 
 FRICTION = 0.03
@@ -77,7 +77,7 @@ def made_diagnosis(result: FitResult, verdict: str) -> Diagnosis:
         reading_error=result.reading_error,
         warnings=_WARNINGS.get(verdict, ()),
         seconds={"nominal": 12.0, "search": 31.0},
-        ring_downs=result.ring_downs if adequate else WITH_CANDIDATES,
+        ring_downs=result.ring_downs if adequate else OF_BOTH,
     )
 
 

@@ -338,11 +338,11 @@ def test_every_listed_equation_can_be_written(name):
     assert "_" not in html and "^" not in html and "'" not in html
 
 
-def test_damping_of_candidates_is_drawn_by_name_where_it_differs(made):
+def test_damping_is_drawn_of_the_nominal_and_the_augmented_model(made):
     with style():
         legend = next(iter(ring_downs_of_both(made[MISSING], SCREEN))).figure.axes[0].get_legend()
         names = [text.get_text() for text in legend.get_texts()]
-    assert names == ["nominal model", "nominal with quadratic drag", "with coulomb friction", "measured"]
+    assert names == ["nominal model", "with coulomb friction", "measured"]
 
 
 def test_records_without_a_decay_are_stated(pages):
