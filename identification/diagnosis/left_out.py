@@ -13,7 +13,7 @@ from identification.estimation.held_back import held_back_chain, rms_nrmse
 from identification.estimation.prediction import record_fits
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
-from identification.trajectory.elimination import Solution, solve
+from identification.trajectory.elimination import Solution, solved
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Linearised
 from identification.trajectory.segments import VARIATION
@@ -137,4 +137,4 @@ def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution
     linear = Linearised(**{f.name: getattr(linear, f.name)[segments] for f in dataclasses.fields(linear)})
     lesser = dataclasses.replace(problem, chains=part, border=border)
     local = reweighed(lesser, at, linear, fitted.variances.readings)
-    return solve(part, problem.unknowns, border, problem.scales, at, local, fitted.variances.force, problem.mass(fitted.at))
+    return solved(lesser, at, local, fitted.variances.force)

@@ -14,7 +14,7 @@ from identification.estimation.parameters import variations
 from identification.estimation.prediction import Free, free_motion, frequency, pieces_of, record_fits
 from identification.experiment import Experiment
 from identification.result.result import Horizon, RecordFit
-from identification.trajectory.elimination import solve
+from identification.trajectory.elimination import solved
 from identification.trajectory.fit import Fitted, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.reading_error import ReadingError
@@ -152,7 +152,7 @@ def filtered_state(fitted: Fitted, index: int, segments: int) -> Float[np.ndarra
         own_precision=border.own_precision[one],
     )
     estimate = Estimate(states=at.states[knots], force=at.force[knots], shared=at.shared, own=at.own[one])
-    found = solve(past, problem.unknowns, border, problem.scales, estimate, local, fitted.variances.force, problem.mass(at))
+    found = solved(dataclasses.replace(problem, chains=past, border=border), estimate, local, fitted.variances.force)
     return estimate.states[-1] + found.knots[-1, :-1]
 
 

@@ -173,8 +173,7 @@ def profile_rise(fitted: Fitted, shifts: Mapping[int, float], *, steps: int = 3)
 
 def deviance(fitted: Fitted, force: RandomForce) -> float:
     """-2 log restricted likelihood of a fit under another random force."""
-    p = fitted.problem
-    return elimination.deviance(p.chains, p.unknowns, p.border, p.scales, fitted.at, fitted.local, force, p.mass(fitted.at))
+    return elimination.deviance(fitted.problem, fitted.at, fitted.local, force)
 
 
 def _why_not(fitted: Fitted, name: str) -> str:
@@ -252,8 +251,7 @@ def record_estimates(fitted: Fitted) -> tuple[Float[np.ndarray, "records paramet
         free[:, varying] = False
         fixed = dataclasses.replace(problem, border=dataclasses.replace(problem.border, own=free))
         local = reweighed(fixed, fitted.at, fitted.linear, fitted.variances.readings)
-        force, mass = fitted.variances.force, problem.mass(fitted.at)
-        solution = elimination.solve(problem.chains, unknowns, fixed.border, problem.scales, fitted.at, local, force, mass)
+        solution = elimination.solved(fixed, fitted.at, local, fitted.variances.force)
         for place in varying:
             index = unknowns.index(unknowns.own[place].partition(".")[2])
             already[:, index] = fitted.at.own[:, place] / problem.border.shared_scale[index]

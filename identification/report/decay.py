@@ -33,7 +33,7 @@ def ring_downs_of_both(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pictu
 
 
 def _picture(found: RingDowns, augmented: str, experiment: Experiment, style: PageStyle) -> Iterator[Picture]:
-    """Measured points with error bars, and lines of the nominal and of the augmented model, of that name; damping above, frequency below."""
+    """Measured points with error bars, and lines of the nominal and the augmented model, of that name; damping above, frequency below."""
     if not found.measured:
         return
     lines: list[tuple] = [("nominal model", found.models.get("nominal", ()), style.nominal, DASHED)]

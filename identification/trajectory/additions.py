@@ -11,12 +11,12 @@ from jaxtyping import Bool, Float
 from scipy.linalg import cho_solve_banded
 
 from identification.trajectory.chain_equations import Weighed, motion_covariance, whitened_rows, whitenings
-from identification.trajectory.elimination import Solution
+from identification.trajectory.elimination import Solution, solved
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.start import Problem
 from identification.trajectory.step import moved
-from identification.trajectory.variances import Variances, annealed, coloured, reweighed, solved
+from identification.trajectory.variances import Variances, annealed, coloured, reweighed
 
 _NO_GAIN = 1.0
 """Fall of -2 log likelihood in a round, below which variances have been found."""

@@ -15,10 +15,10 @@ from jaxtyping import Float
 from scipy.linalg import cholesky_banded, get_lapack_funcs
 from scipy.optimize import lsq_linear
 
-from identification.trajectory.chain_equations import Border, Scales, Sums, Weighed, motion_covariance
+from identification.trajectory.chain_equations import Sums, Weighed, motion_covariance
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
-from identification.trajectory.segments import Chains, Unknowns
+from identification.trajectory.start import Problem
 
 _ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
 """Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
@@ -103,15 +103,13 @@ class Solution:
         return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
 
 
-def solve(
-    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
-) -> Solution:
-    """Solve the linearised equations under a random force."""
-    found = _eliminated(chains, unknowns, border, scales, at, local, force, mass)
-    size, shared, records = len(unknowns.states) + 1, len(unknowns.shared), len(chains.knots)
+def solved(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> Solution:
+    """The solution of a problem's linearised equations under a random force."""
+    found, border, chains = _eliminated(problem, at, local, force), problem.border, problem.chains
+    size, shared, records = len(problem.unknowns.states) + 1, len(problem.unknowns.shared), len(chains.knots)
     (solve_triangular,) = get_lapack_funcs(("tbtrs",), (found.factor,))
-    solved, _ = solve_triangular(found.factor, found.half, uplo="L", trans="T")
-    x, xs, xo = solved[:, 0], solved[:, 1 : 1 + shared], solved[:, 1 + shared :]
+    columns, _ = solve_triangular(found.factor, found.half, uplo="L", trans="T")
+    x, xs, xo = columns[:, 0], columns[:, 1 : 1 + shared], columns[:, 1 + shared :]
     ss, gs, go, lead, inverse = found.shared, found.shared_gradient, found.own_gradient, found.own_by_shared, found.own_inverse
     covariance = _inverse(ss)
     precision = ss + border.proximal * np.eye(shared)
@@ -141,11 +139,9 @@ def solve(
     )
 
 
-def deviance(
-    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
-) -> float:
+def deviance(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> float:
     """-2 log of the marginal likelihood under a random force, without the solution."""
-    return _eliminated(chains, unknowns, border, scales, at, local, force, mass).deviance
+    return _eliminated(problem, at, local, force).deviance
 
 
 class _Eliminated(NamedTuple):
@@ -172,15 +168,14 @@ class _Eliminated(NamedTuple):
     gradient: np.ndarray
 
 
-def _eliminated(
-    chains: Chains, unknowns: Unknowns, border: Border, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, mass: float
-) -> _Eliminated:
-    size, shared = len(unknowns.states) + 1, len(unknowns.shared)
+def _eliminated(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> _Eliminated:
+    border, chains = problem.border, problem.chains
+    size, shared = len(problem.unknowns.states) + 1, len(problem.unknowns.shared)
     sums = local.sums(chains, size, shared)
     band, rhs, products = sums.band.copy(), sums.rhs.copy(), sums.border.copy()
-    square, logs = _with_motion(chains, scales, at, sums, local, force, mass, size, band, rhs, products)
+    square, logs = _with_motion(problem, at, local, force, sums, band, rhs, products)
     band[0, :size] = 1.0
-    square += _initial_states(chains, scales, at, local, force, band, rhs[0], size)
+    square += _initial_states(problem, at, local, force, band, rhs[0])
     factor = _factorised(band)
     (solve_triangular,) = get_lapack_funcs(("tbtrs",), (factor,))
     half, _ = solve_triangular(factor, rhs.T, uplo="L", trans="N")
@@ -225,20 +220,18 @@ def _eliminated(
 
 
 def _with_motion(
-    chains: Chains,
-    scales: Scales,
+    problem: Problem,
     at: Estimate,
-    sums: Sums,
     local: Weighed,
     force: RandomForce,
-    mass: float,
-    size: int,
+    sums: Sums,
     band: np.ndarray,
     rhs: np.ndarray,
     products: np.ndarray,
 ) -> tuple[float, float]:
     """Add the equations of motion and of the random force; sum of squares and log determinant, those of the readings included."""
-    root, knots = np.linalg.cholesky(motion_covariance(chains, scales, force, mass)), chains.left + 1
+    chains, size = problem.chains, len(problem.unknowns.states) + 1
+    root, knots = np.linalg.cholesky(motion_covariance(chains, problem.scales, force, problem.mass(at))), chains.left + 1
     rows, factor = sums.defect.copy(), np.ones((root.shape[1], root.shape[2], sums.defect.shape[-1]))
     factor[..., knots] = root.transpose(1, 2, 0)
     for state in range(len(rows)):
@@ -270,14 +263,12 @@ def _with_motion(
     return square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
 
 
-def _initial_states(
-    chains: Chains, scales: Scales, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray, size: int
-) -> float:
+def _initial_states(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray) -> float:
     """Add the prior at the first knot of every record: motion of any size, states of effects near rest, a force of its stationary size.
 
     Where a segment could not be integrated, the motion at its end is of any size again.
     """
-    wide = scales.widest
+    chains, wide, size = problem.chains, problem.scales.widest, len(problem.unknowns.states) + 1
     begins = np.array([one.start for one in chains.knots])
     anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
     added = 0.0

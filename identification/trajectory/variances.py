@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from identification.trajectory.chain_equations import Weighed, residuals_after, weighed, whitenings
-from identification.trajectory.elimination import Solution, deviance, solve
+from identification.trajectory.elimination import Solution, deviance, solved
 from identification.trajectory.motion import Estimate, Linearised
 from identification.trajectory.posterior import expected_products
 from identification.trajectory.random_force import RandomForce
@@ -81,11 +81,6 @@ def reweighed(problem: Problem, at: Estimate, linear: Linearised, readings: tupl
     return weighed(problem.chains, problem.unknowns, problem.border, linear, at, whitenings(problem.chains, linear, readings))
 
 
-def solved(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> Solution:
-    """The equations of a problem under a random force."""
-    return solve(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, force, problem.mass(at))
-
-
 def coloured(
     problem: Problem, at: Estimate, linear: Linearised, local: Weighed, force: RandomForce, rng: np.random.Generator, *, draws: int
 ) -> tuple[ReadingError, ...]:
@@ -126,7 +121,7 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
         std, memory = np.exp(inside)
         tried = RandomForce(std=float(std), memory=float(memory))
         try:
-            found = deviance(problem.chains, problem.unknowns, problem.border, problem.scales, at, local, tried, problem.mass(at))
+            found = deviance(problem, at, local, tried)
         except np.linalg.LinAlgError:
             return _INDEFINITE
         return found + 10.0 * float(np.sum((logs - inside) ** 2))
@@ -143,14 +138,10 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
 
 def force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> tuple[RandomForce, Solution]:
     """The random force, or none where it gains less than its two numbers cost; with the solution."""
-
-    def with_force(one: RandomForce) -> Solution:
-        return solved(problem, at, local, one)
-
-    none, some = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=force.memory), with_force(force)
+    none, some = RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=force.memory), solved(problem, at, local, force)
     if not vanishes(problem, force):
         try:
-            without = with_force(none)
+            without = solved(problem, at, local, none)
         except np.linalg.LinAlgError:  # the records cannot be explained without one
             return force, some
         if without.deviance < some.deviance + OF_TWO_NUMBERS:
@@ -165,7 +156,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
     autocorrelations, each over about its standard error: readings are many, and say far less of the force. The gradient by a reading error
     is that of its likelihood with expected products (Fisher's identity); by the force, a difference quotient.
     """
-    chains, unknowns, border, mass = problem.chains, problem.unknowns, problem.border, problem.mass(at)
+    chains, unknowns, border = problem.chains, problem.unknowns, problem.border
     limit, (low, high) = largest_pole(problem), _force_range(problem)
     free = [one.free(limit) for one in begin.readings]
     ends = np.cumsum([2, *(len(one) for one in free)])
@@ -188,7 +179,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         slope = np.zeros_like(x)
         for place in range(2):
             step = np.where(np.arange(len(x)) == place, _DIFFERENCE if x[place] < high[place] - _DIFFERENCE else -_DIFFERENCE, 0.0)
-            other = deviance(chains, unknowns, border, problem.scales, at, local, at_point(x + step)[0], mass)
+            other = deviance(problem, at, local, at_point(x + step)[0])
             slope[place] = (other - solution.deviance) / step[place]
         products = expected_products(chains, unknowns, border, linear, solution, highest)
         for a, b, (sums, counts) in zip(ends[:-1], ends[1:], products, strict=True):

@@ -7,12 +7,13 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
+from identification.trajectory.elimination import solved
 from identification.trajectory.fit import _rank, equations, fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling, not_shown
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode, likeliest, reweighed, solved
+from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode, likeliest, reweighed
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from identification.trajectory.elimination import solve
+from identification.trajectory import elimination
 from identification.trajectory.fit import equations
 from identification.trajectory.posterior import expected_products, knots_covariance
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.variances import Variances, likeliest, reweighed
-from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY
+from tests.identification.trajectory.conftest import FORCE, MEMORY
 
 SHAKEN = RandomForce(std=FORCE, memory=MEMORY)
 ERROR = ReadingError(coefficients=(0.8, -0.3, 0.1), innovation=0.8)
@@ -41,8 +41,7 @@ def test_the_gradient_by_a_reading_error_is_that_of_the_marginal_likelihood(vibr
 
     def marginal(x: np.ndarray) -> float:
         local = reweighed(vibrating, vibrating.start, linear, (ReadingError.of(x, LIMIT),))
-        problem = vibrating
-        return solve(problem.chains, problem.unknowns, problem.border, problem.scales, problem.start, local, SHAKEN, MASS).deviance
+        return elimination.solved(vibrating, vibrating.start, local, SHAKEN).deviance
 
     for place in range(len(free)):
         step = np.where(np.arange(len(free)) == place, 1e-4, 0.0)
@@ -57,9 +56,9 @@ def test_likeliest_variances_are_a_maximum(vibrating, solved):
     force, readings = likeliest(vibrating, vibrating.start, linear, begin)
 
     def marginal(std: float, memory: float, reading: ReadingError) -> float:
-        problem, local = vibrating, reweighed(vibrating, vibrating.start, linear, (reading,))
+        local = reweighed(vibrating, vibrating.start, linear, (reading,))
         tried = RandomForce(std=std, memory=memory)
-        return solve(problem.chains, problem.unknowns, problem.border, problem.scales, problem.start, local, tried, MASS).deviance
+        return elimination.solved(vibrating, vibrating.start, local, tried).deviance
 
     least = marginal(force.std, force.memory, readings[0])
     (a,) = readings[0].coefficients
