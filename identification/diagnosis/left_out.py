@@ -107,24 +107,8 @@ def _unknown_values(fitted: Fitted) -> Fitted:
 def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution:
     """The equations at the mode of what is not left out: whole records, or the beginning of one."""
     problem, linear, at = fitted.problem, fitted.linear, fitted.at
-    chains, border = problem.chains, problem.border
-    records = [index for index in range(len(chains.knots)) if not left_out[chains.of_record(index)].all()]
-    segments = np.flatnonzero(~left_out)
-    counts = [int((~left_out[chains.of_record(index)]).sum()) for index in records]
-    begins = np.concatenate([[0], np.cumsum(np.array(counts) + 1)])
-    rows = np.concatenate([chains.knots[index].start + np.arange(count + 1) for index, count in zip(records, counts, strict=True)])
-    part = dataclasses.replace(
-        chains,
-        record=np.repeat(np.arange(len(records)), counts),
-        left=np.concatenate([begin + np.arange(count) for begin, count in zip(begins, counts, strict=False)]),
-        first=chains.first[segments],
-        duration=chains.duration[segments],
-        input_noise=chains.input_noise[segments],
-        knots=tuple(slice(int(begin), int(begin) + count + 1) for begin, count in zip(begins, counts, strict=False)),
-        files=tuple(chains.files[index] for index in records),
-        measured=chains.measured[segments],
-        weight=chains.weight[segments],
-    )
+    part, rows, records = problem.chains.part(~left_out)
+    border = problem.border
     border = dataclasses.replace(
         border,
         own=border.own[records],
@@ -134,7 +118,7 @@ def _solved(fitted: Fitted, left_out: Bool[np.ndarray, " segments"]) -> Solution
         own_strengths=np.zeros_like(border.own_strengths),
     )
     at = dataclasses.replace(at, states=at.states[rows], force=at.force[rows], own=at.own[records])
-    linear = Linearised(**{f.name: getattr(linear, f.name)[segments] for f in dataclasses.fields(linear)})
+    linear = Linearised(**{f.name: getattr(linear, f.name)[~left_out] for f in dataclasses.fields(linear)})
     lesser = dataclasses.replace(problem, chains=part, border=border)
     local = reweighed(lesser, at, linear, fitted.variances.readings)
     return solved(lesser, at, local, fitted.variances.force)

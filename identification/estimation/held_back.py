@@ -122,28 +122,16 @@ def horizons(fitted: Fitted) -> tuple[tuple[Horizon, ...], ...]:
 
 def filtered_state(fitted: Fitted, index: int, segments: int) -> Float[np.ndarray, " states"]:
     """State of a record at the knot behind so many of its segments, from the readings before, with all numbers but the states held."""
-    problem, chains, at = fitted.problem, fitted.problem.chains, fitted.at
-    begin, size = chains.of_record(index).start, len(problem.unknowns.states) + 1
-    mine, knots = slice(begin, begin + segments), slice(chains.knots[index].start, chains.knots[index].start + segments + 1)
-    past = dataclasses.replace(
-        chains,
-        groups=(),
-        record=np.zeros(segments, int),
-        left=np.arange(segments),
-        first=chains.first[mine],
-        duration=chains.duration[mine],
-        input_noise=chains.input_noise[mine],
-        knots=(slice(0, segments + 1),),
-        files=(chains.files[index],),
-        measured=chains.measured[mine],
-        weight=chains.weight[mine],
-    )
-    gram, right, defect = fitted.local.gram[mine].copy(), fitted.local.right[mine].copy(), fitted.local.defect[mine].copy()
+    problem, at = fitted.problem, fitted.at
+    size, mine = len(problem.unknowns.states) + 1, np.zeros(len(problem.chains.record), bool)
+    mine[problem.chains.of_record(index).start :][:segments] = True
+    past, knots, one = problem.chains.part(mine)
+    gram, right, defect = fitted.local.gram[mine], fitted.local.right[mine], fitted.local.defect[mine]  # copies
     gram[:, 3 * size :], gram[:, :, 3 * size :], right[:, 3 * size :], defect[..., 3 * size :] = 0.0, 0.0, 0.0, 0.0
     local = dataclasses.replace(
         fitted.local, gram=gram, right=right, defect=defect, gap=fitted.local.gap[mine], linked=fitted.local.linked[mine]
     )
-    border, one = problem.border, slice(index, index + 1)
+    border = problem.border
     border = dataclasses.replace(
         border,
         shared=np.zeros_like(border.shared),

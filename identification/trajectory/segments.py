@@ -6,6 +6,8 @@ random force; shared by all records are the model's parameters; and each record 
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import equinox as eqx
@@ -106,11 +108,8 @@ class Chains:
     Attributes:
         groups: the segments by kind of excitation.
         record: of each segment.
-        left: knot at the beginning of each segment; the one at its end is the next.
-        first: whether a segment is the first of its record.
         duration: of each segment, s.
         input_noise: in each segment; (segments, 2). See `identification.guesses.motion.input_noise`.
-        knots: slice of the knots of each record.
         files: of the records.
         channels: compared with the model, in the order of all arrays.
         measured, weight: (segments, samples, channels).
@@ -119,16 +118,29 @@ class Chains:
 
     groups: tuple[Segments, ...]
     record: np.ndarray
-    left: np.ndarray
-    first: np.ndarray
     duration: np.ndarray
     input_noise: np.ndarray
-    knots: tuple[slice, ...]
     files: tuple[str, ...]
     channels: tuple[str, ...]
     measured: np.ndarray
     weight: np.ndarray
     readings: np.ndarray
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        """Knot at the beginning of each segment; the one at its end is the next."""
+        return np.arange(len(self.record)) + self.record
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Whether a segment is the first of its record."""
+        return np.diff(self.record, prepend=-1) > 0
+
+    @cached_property
+    def knots(self) -> tuple[slice, ...]:
+        """Slice of the knots of each record."""
+        ends = [*self.left[self.first].tolist(), len(self.record) + len(self.files)]
+        return tuple(slice(begin, end) for begin, end in pairwise(ends))
 
     @property
     def samples(self) -> int:
@@ -144,6 +156,21 @@ class Chains:
         """Segments of a record."""
         where = np.flatnonzero(self.record == index)
         return slice(int(where[0]), int(where[-1]) + 1)
+
+    def part(self, kept: Bool[np.ndarray, " segments"]) -> tuple["Chains", np.ndarray, np.ndarray]:
+        """Chains of some segments, the first ones of each record that has any; with their knots and records among all."""
+        records, owner = np.unique(self.record[kept], return_inverse=True)
+        part = dataclasses.replace(
+            self,
+            groups=(),
+            record=owner,
+            duration=self.duration[kept],
+            input_noise=self.input_noise[kept],
+            files=tuple(self.files[index] for index in records),
+            measured=self.measured[kept],
+            weight=self.weight[kept],
+        )
+        return part, np.union1d(self.left[kept], self.left[kept] + 1), records
 
     def series(self, index: int, values: np.ndarray, samples: int) -> np.ndarray:
         """Values at the samples of a record in one row of time; (samples, ...)."""
@@ -207,7 +234,7 @@ def chains_of(
     channel, s.
     """
     lanes: dict[tuple[bool, ...], list[Segments]] = {}
-    place, knot, owner, left, first, knots, readings = 0, 0, [], [], [], [], []
+    place, owner, readings = 0, [], []
     compared = {name for record in records for name in record.channels if name not in driving_channels(record)}
     channels = tuple(name for name in EVERY_CHANNEL if name in compared)
     for index, record in enumerate(records):
@@ -216,10 +243,7 @@ def chains_of(
         lanes.setdefault(tuple(each is None for each in (one.motion, one.applied, one.prescribed)), []).append(one)
         owner.append(np.full(count, index))
         readings.append(usable)
-        left.append(knot + np.arange(count))
-        first.append(np.arange(count) == 0)
-        knots.append(slice(knot, knot + count + 1))
-        place, knot = place + count, knot + count + 1
+        place += count
     groups = tuple(jax.tree.map(lambda *leaves: np.concatenate(leaves), *group) for group in lanes.values())
     order = np.argsort(np.concatenate([group.place for group in groups]))
 
@@ -230,11 +254,8 @@ def chains_of(
     return Chains(
         groups=groups,
         record=np.concatenate(owner),
-        left=np.concatenate(left),
-        first=np.concatenate(first),
         duration=ts[:, -1] - ts[:, 0],
         input_noise=np.array([input_noise(record) for record in records])[np.concatenate(owner)],
-        knots=tuple(knots),
         files=tuple(record.file for record in records),
         channels=channels,
         measured=joined("measured"),
