@@ -15,7 +15,7 @@ from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import likelier_start
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, Progress, fit
-from identification.trajectory.motion import Estimate, is_late
+from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem, begun_from
@@ -37,7 +37,7 @@ def augmented(seen: Look, candidate: Candidate, weighed: Reestimated, *, progres
         weighed: the model with it at first order, from which its fit starts; of a stop that says nothing.
         progress: called with a line in each round.
     """
-    of_stop = candidate.members[0].probe.is_stop or changes_stop(candidate.members[0])
+    of_stop = candidate.members[0].probe.is_stop or candidate.members[0].does("stop")
     begun = seen if of_stop else at_first_order(seen, weighed)
     return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, expected=seen.fitted.deviance)
 
@@ -102,9 +102,9 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
         problem, _ = _with(seen.fitted, candidate.members)
         return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
     effect, own = strengthened(candidate.members, strengths)
-    effect = _aligned(seen, effect) if effect.channel and is_late(effect) and seen.scales.force > 0 else effect
+    effect = _aligned(seen, effect) if effect.channel and effect.does("lateness") and seen.scales.force > 0 else effect
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
-    if not changes_stop(effect):
+    if not effect.does("stop"):
         return problem, near
     begun = _from_loops(problem, effect, seen.scales)
     return begun, near if whole.has_stop or begun is problem else None
@@ -112,7 +112,7 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
 
 def is_shown_delay(seen: Look, candidate: Candidate) -> bool:
     """Whether a candidate is the constant delay of a channel that the records show without a model; beside other effects none is."""
-    if seen.fitted.problem.model.effects or not candidate.members or not is_late(candidate.members[0]):
+    if seen.fitted.problem.model.effects or not candidate.members or not candidate.members[0].does("lateness"):
         return False
     delay = candidate.members[0].probe.delay
     return bool(delay) and seen.scales.lags.get(candidate.channel) == getattr(candidate.members[0], delay)
@@ -155,11 +155,6 @@ def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
         return effect
     rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=misfit)
     return effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=misfit))
-
-
-def changes_stop(effect: AbstractEffect) -> bool:
-    """Whether an effect changes the law of the stop."""
-    return type(effect).stop is not AbstractEffect.stop
 
 
 def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:

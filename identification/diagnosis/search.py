@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, changes_stop, is_shown_delay, refitted, without
+from identification.diagnosis.augment import augmented, is_shown_delay, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -17,7 +17,6 @@ from identification.diagnosis.scatter import contradicted, differing, gain_of_va
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
-from identification.trajectory.motion import is_late
 from identification.trajectory.variances import Variances
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
@@ -365,7 +364,7 @@ def _shortlist(seen: Look) -> list[Scored]:
 
 def _is_stop(candidate: Candidate) -> bool:
     """Whether a candidate is a stop, or changes the law of the stop: of such its gain at first order says little."""
-    return bool(candidate.members) and (candidate.members[0].probe.is_stop or changes_stop(candidate.members[0]))
+    return bool(candidate.members) and (candidate.members[0].probe.is_stop or candidate.members[0].does("stop"))
 
 
 def _is_shown(seen: Look, candidate: Candidate) -> bool:
@@ -376,9 +375,9 @@ def _is_shown(seen: Look, candidate: Candidate) -> bool:
     if not candidate.members:
         return False
     effect = candidate.members[0]
-    if changes_stop(effect):
+    if effect.does("stop"):
         return not seen.fitted.problem.model.has_stop
-    late = candidate.channel in seen.scales.lags and is_late(effect)
+    late = candidate.channel in seen.scales.lags and effect.does("lateness")
     return late and (not effect.probe.delay or is_shown_delay(seen, candidate))
 
 

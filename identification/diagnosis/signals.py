@@ -72,37 +72,32 @@ def _added(course: Course, effect: AbstractEffect, own: Float[Array, "time own"]
     def add(name: str, values: Float[Array, " time"]) -> None:
         found[name] = found[name] + values if name in found else values
 
-    if _acts(effect, "force"):
+    if effect.does("force"):
         add("force", effect.force(motion, own))
-    if _acts(effect, "back_gap"):
+    if effect.does("back_gap"):
         add("force", _second_stop(course, effect))
-    if _acts(effect, "stop"):
+    if effect.does("stop"):
         further = _further_push(course, effect)
         add("force", -further)
         add("impact_force", further)
-    if _acts(effect, "stop_position"):
+    if effect.does("stop_position"):
         add("stop", effect.stop_position(motion.t, own))
         slower = course.push_rate * effect.stop_velocity(motion.t, own)
         add("force", slower)
         add("impact_force", -slower)
-    if _acts(effect, "base"):
+    if effect.does("base"):
         moved = effect.base(system.base)
         _move_base(
             add, system.mass, *(getattr(moved, x)(motion.t) - getattr(system.base, x)(motion.t) for x in ("displacement", "acceleration"))
         )
-    if _acts(effect, "base_displacement"):
+    if effect.does("base_displacement"):
         _move_base(add, system.mass, effect.base_displacement(own), effect.base_acceleration(own, course.push))
-    if _acts(effect, "read"):
+    if effect.does("read"):
         read = effect.read(course.readings, motion, own)
         for name in EVERY_CHANNEL:
             if name in read and read[name] is not course.readings[name]:
                 add(name, read[name] - course.readings[name])
     return found
-
-
-def _acts(effect: AbstractEffect, hook: str) -> bool:
-    """Whether an effect acts in one of the ways of `AbstractEffect`."""
-    return getattr(type(effect), hook) is not getattr(AbstractEffect, hook)
 
 
 def _move_base(add: Callable[[str, Array], None], mass: Value, displacement: Array, acceleration: Array) -> None:

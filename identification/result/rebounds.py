@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from identification.result.result import NO_WINDOW, Impact, RecordFit, impacts, merged
 from vibrojax.contact import restitution
-from vibrojax.effects import AbstractEffect
 from vibrojax.model import Model
 
 _SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
@@ -75,8 +74,7 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
 def _is_free(model: Model) -> bool:
     """Whether only the stop acts on the hammer during a contact, for a cart at rest, and no sensor fault affects its displacement."""
     return "f_n" not in model.values() and all(
-        effect.channel not in _SHOW_THE_HAMMER if effect.is_fault else type(effect).stop is not AbstractEffect.stop
-        for effect in model.effects
+        effect.channel not in _SHOW_THE_HAMMER if effect.is_fault else effect.does("stop") for effect in model.effects
     )
 
 

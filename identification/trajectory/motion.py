@@ -198,10 +198,10 @@ def _read(systems: System, lanes: Trajectory, segments: Segments):
     The chain compares it with the motion of the nearest sample; what is left of its delay, half a sample at most, is a short way along
     the motion: u + u' r + u'' r^2 / 2.
     """
-    late = {effect.channel: k for k, effect in enumerate(systems.effects) if is_late(effect)}
+    late = {effect.channel: k for k, effect in enumerate(systems.effects) if effect.does("lateness")}
     if not late or segments.ahead is None:
         return jax.vmap(recorded)(systems, lanes)
-    prompt = dataclasses.replace(systems, effects=tuple(effect for effect in systems.effects if not is_late(effect)))
+    prompt = dataclasses.replace(systems, effects=tuple(effect for effect in systems.effects if not effect.does("lateness")))
     readings, own = jax.vmap(recorded)(prompt, lanes)
     for channel, place in late.items():
         if channel in segments.ahead:
@@ -220,11 +220,6 @@ def _moved(prompt: System, effect: AbstractEffect, one: Trajectory, ahead: Float
     touches = prompt.approach(ts, u, v, own).indentation > 0
     in_contact = one.in_contact if isinstance(prompt.law, AbstractInstantaneousLaw) else touches
     return recorded(prompt, Trajectory(ts, u, v, in_contact, one.approach_speed, one.result, one.steps, own))[0][channel]
-
-
-def is_late(effect: AbstractEffect) -> bool:
-    """Whether an effect makes its channel late."""
-    return type(effect).lateness is not AbstractEffect.lateness
 
 
 def _seen(carry: LandingState):

@@ -9,7 +9,7 @@ import numpy as np
 
 from identification.experiment import Record
 from identification.trajectory.chain_equations import Border
-from identification.trajectory.motion import Estimate, is_late
+from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Lateness, chains_of
 from identification.trajectory.start import Problem, step_in_flight
 from vibrojax.contact import NoContact
@@ -110,7 +110,7 @@ def late_channels(model: Model) -> dict[str, Lateness]:
     return {
         effect.channel: lambda t, effect=effect: np.asarray(effect.lateness(jnp.asarray(t)))
         for effect in model.effects
-        if effect.channel and is_late(effect)
+        if effect.channel and effect.does("lateness")
     }
 
 

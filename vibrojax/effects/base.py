@@ -125,6 +125,10 @@ class AbstractEffect(eqx.Module):
         """The only channel that it touches, for a fault of one sensor."""
         return None
 
+    def does(self, hook: str) -> bool:
+        """Whether it acts through one of the hooks, given by name."""
+        return getattr(type(self), hook) is not getattr(AbstractEffect, hook)
+
     def force(self, motion: Motion, own: Own) -> Scalars:
         """Force on the hammer towards the stop, N."""
         return jnp.zeros_like(motion.u)
