@@ -48,9 +48,9 @@ class Evidence:
     forms: int
 
 
-def decide(evidence: Evidence, level: float = LEVEL) -> str:
+def decide(evidence: Evidence) -> str:
     """Reason why an effect is not asserted; empty where it is."""
-    if chance(evidence.gain, evidence.degrees, evidence.tried) > level:
+    if chance(evidence.gain, evidence.degrees, evidence.tried) > LEVEL:
         return "its gain of likelihood is no more than chance gives"
     if not evidence.strength > IDENTIFIED:
         return "these records do not identify its strength"
@@ -60,6 +60,6 @@ def decide(evidence: Evidence, level: float = LEVEL) -> str:
         return "it does not predict better what was left out"
     if evidence.errors is not None and not evidence.errors[1] <= evidence.errors[0]:
         return "the error of the free motion on what was left out rises with it"
-    if evidence.left > LEFT_OVER * evidence.gain and chance(evidence.left, evidence.left_degrees, evidence.forms) < level:
+    if evidence.left > LEFT_OVER * evidence.gain and chance(evidence.left, evidence.left_degrees, evidence.forms) < LEVEL:
         return "it leaves much that a free form explains"
     return ""

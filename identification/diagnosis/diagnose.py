@@ -268,7 +268,7 @@ def _concluded(
     course.progress("describing where the misfit acts")
     shown_before = _side(before)
     shown_after = shown_before if after is before else _side(after)
-    named = tuple(_asserted(found, step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
+    named = tuple(_asserted(step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
     asserted = {one.effect.name for one in named}
     twins = {step.alternatives[0].name: [one for one in _twins(step) if one.name not in asserted] for step in found.steps}
@@ -350,7 +350,7 @@ def _numbers(fitted: Fitted) -> tuple[Quantity, ...]:
     )
 
 
-def _asserted(found: Search, step: Step, side: Side, fitted: Fitted) -> Asserted:
+def _asserted(step: Step, side: Side, fitted: Fitted) -> Asserted:
     """One effect of the final model with its probability and parameters."""
     name = step.alternatives[0].name
     effect = next(one for one in side.model.effects if one.name == name)

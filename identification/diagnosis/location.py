@@ -7,7 +7,7 @@ import numpy as np
 from identification.diagnosis.diagnosis import Location, Profile
 from identification.diagnosis.free_forms import Form
 from identification.diagnosis.look import Look, Scored
-from identification.result.result import NO_WINDOW, RecordFit
+from identification.result.result import RecordFit
 from identification.trajectory.additions import Reestimated
 from identification.wording.names import spoken
 from identification.wording.numbers import joined, percent, significant
@@ -221,7 +221,7 @@ def _map(record: RecordFit, hz: float) -> np.ndarray:
     total, count = np.zeros((_PARTS, _PARTS)), np.zeros((_PARTS, _PARTS))
     for name in record.chi2_reduced:
         square = ((record.measured[name] - record.predicted[name]) / record.noise[name]) ** 2
-        fine = np.isfinite(square) & (record.window != NO_WINDOW)
+        fine = np.isfinite(square)
         np.add.at(total, (row[fine], column[fine]), square[fine])
         np.add.at(count, (row[fine], column[fine]), 1.0)
     return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)

@@ -70,7 +70,6 @@ class Scored:
     candidate: Candidate
     gain: float
     strengths: np.ndarray
-    stderr: np.ndarray
     known: np.ndarray
     directions: np.ndarray | None = None
 
@@ -187,9 +186,9 @@ def weighed_anew(seen: Look, one: Scored | None) -> Reestimated:
     """The model with a candidate at first order, or without any, and all variances estimated anew."""
     columns = responses(seen.by, seen.fitted.problem.chains, [] if one is None else list(one.candidate.signals))
     if one is None or one.directions is None:
-        return reestimated(seen.fitted, *columns, seen.fitted.variances)
+        return reestimated(seen.fitted, *columns)
     told = one.directions
-    found = reestimated(seen.fitted, columns[0] @ told, columns[1] @ told, seen.fitted.variances)
+    found = reestimated(seen.fitted, columns[0] @ told, columns[1] @ told)
     return dataclasses.replace(found, strengths=told @ found.strengths, covariance=told @ found.covariance @ told.T)
 
 

@@ -64,10 +64,10 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     place = [len(unknowns.states) + 2 + unknowns.index(name) for name, _ in columns]
     inside = np.stack([chains.record == record for _, record in columns], axis=-1)
     seen, end = linear.by[..., place] * inside[:, None, None], linear.end_by[..., place] * inside[:, None]
-    none = reestimated(fitted, seen[..., :0], end[..., :0], fitted.variances)
+    none = reestimated(fitted, seen[..., :0], end[..., :0])
     of, price, chosen, gain = np.array([name for name, _ in columns]), np.log(fitted.local.samples), (), 0.0
     try:
-        found = reestimated(fitted, seen, end, fitted.variances)
+        found = reestimated(fitted, seen, end)
         while left := [name for name in dict.fromkeys(of) if name not in chosen]:
             tried = {name: none.deviance - _with_scatter(found, of, (*chosen, name)) for name in left}
             best = max(tried, key=lambda name: tried[name])

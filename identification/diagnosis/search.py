@@ -57,8 +57,7 @@ class Alternative:
 
     Attributes:
         candidate: effect and signals.
-        expected: gain of twice the log likelihood by the score.
-        gain: the same with all variances estimated anew, at first order.
+        gain: of twice the log likelihood with all variances estimated anew, at first order.
         degrees, tried: numbers that it adds, and candidates among which it is the best.
         fitted: the model with it, iterated to the end; None where it was not.
         drop: gain after that.
@@ -68,7 +67,6 @@ class Alternative:
     """
 
     candidate: Candidate
-    expected: float
     gain: float
     degrees: int
     tried: int
@@ -309,7 +307,6 @@ def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
             continue
         one = Alternative(
             candidate=scored.candidate,
-            expected=scored.gain,
             gain=seen.deviance - weighed.deviance,
             degrees=_numbers(scored.candidate, len(seen.fitted.problem.chains.knots)),
             tried=scored.candidate.members[0].probe.tried(seen.scales, len(seen.listed)),

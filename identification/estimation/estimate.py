@@ -104,7 +104,7 @@ def fit_experiment(
     unseen = held_back_chain(found, experiment, lambda line: progress(f"held-back records: {line}"))
     held_back = held_back_fits(unseen)
     if added is not None and held_back:
-        before = rms_nrmse(held_back_fits(held_back_chain(nominal, experiment, lambda line: None)))
+        before = rms_nrmse(held_back_fits(held_back_chain(nominal, experiment)))
         added = dataclasses.replace(added, held_back=(before, rms_nrmse(held_back)))
     model = found.problem.model_at(found.at)
     models = {"nominal": nominal.problem.model_at(nominal.at)} | ({"augmented": model} if effects else {})

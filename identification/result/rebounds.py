@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from identification.result.result import NO_WINDOW, Impact, RecordFit, impacts, merged
+from identification.result.result import Impact, RecordFit, impacts, merged
 from vibrojax.contact import restitution
 from vibrojax.model import Model
 
@@ -152,7 +152,7 @@ def _course(record: RecordFit, downhill: float | None) -> _Course | None:
     if downhill is None:
         return _Course(over=u - record.predicted[channel], velocity=record.relative_velocity, piece=record.window)
     since = record.time - record.time[0]
-    return _Course(over=u - 0.5 * downhill * since**2, velocity=downhill * since, piece=record.window == NO_WINDOW)
+    return _Course(over=u - 0.5 * downhill * since**2, velocity=downhill * since, piece=np.zeros_like(record.window))
 
 
 def _of_record(record: RecordFit, flight: _Flight, downhill: float | None = None) -> list[Rebound]:

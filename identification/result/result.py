@@ -65,10 +65,6 @@ class Nuisance:
     stderr: float | None
 
 
-NO_WINDOW = -1
-"""In place of a window's index, where a sample was not fitted."""
-
-
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Horizon:
     """Error of a model's forecasts so far ahead.
@@ -102,7 +98,7 @@ class RecordFit:
         relative_displacement: predicted u, m.
         relative_velocity: predicted u', m/s.
         in_contact: predicted, bool.
-        window: index of the window that each sample belongs to; `NO_WINDOW` where it was not fitted.
+        window: index of the window that each sample belongs to.
         notices: remarks of the file reader.
         horizons: errors of forecasts of a held-back record, by how far they reach.
     """
@@ -127,12 +123,12 @@ class RecordFit:
     @property
     def windows(self) -> int:
         """How many windows were fitted."""
-        return len(np.setdiff1d(self.window, NO_WINDOW))
+        return len(np.unique(self.window))
 
     @property
     def samples(self) -> int:
         """How many samples were fitted."""
-        return int(np.sum(self.window != NO_WINDOW))
+        return len(self.window)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -30,14 +30,13 @@ class Score:
 
     Attributes:
         gain: of twice the log likelihood, with all other unknowns at their optimum and the variances held.
-        strengths, stderr: of its columns, over their probing strengths.
+        strengths: of its columns, over their probing strengths.
         known: whether the records tell each strength from everything else; (columns,).
         directions: combinations of columns that they do tell; (columns, combinations). None where those are all.
     """
 
     gain: float
     strengths: np.ndarray
-    stderr: np.ndarray
     known: np.ndarray
     directions: np.ndarray | None
 
@@ -47,7 +46,7 @@ class Scorer:
     """The chain's equations at an estimate under given variances, ready for columns beside them.
 
     Attributes:
-        problem, linear, solution: of the chain.
+        problem, solution: of the chain.
         white: whitenings by channel.
         rows: whitened derivatives and residuals by channel.
         local: systems of the segments.
@@ -55,7 +54,6 @@ class Scorer:
     """
 
     problem: Problem
-    linear: Linearised
     solution: Solution
     white: tuple
     rows: tuple
@@ -169,7 +167,6 @@ class Reduced:
         return Score(
             gain=float(max(-gradient @ strengths, 0.0)),
             strengths=strengths,
-            stderr=np.sqrt(np.maximum(np.diag(inverse), 0.0)),
             known=np.abs(vectors[:, ~fine]).max(axis=1, initial=0.0) < 0.5,
             directions=None if fine.all() else vectors[:, fine] / size[:, None],
         )
@@ -183,7 +180,6 @@ def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Varian
     covariance = motion_covariance(problem.chains, problem.scales, variances.force, problem.mass(at))
     return Scorer(
         problem=problem,
-        linear=linear,
         solution=solution,
         white=white,
         rows=tuple(whitened_rows(problem.chains, problem.unknowns, problem.border, linear, white)),
@@ -211,15 +207,15 @@ class Reestimated:
     at: Estimate
 
 
-def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray, variances: Variances, *, rounds: int = 2, seed: int = 1) -> Reestimated:
+def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> Reestimated:
     """Take columns into the border and estimate their strengths, the random force and the reading errors together.
 
     Strengths enter by maximum likelihood, so that models with different columns compare.
     """
     problem, linear, at = _with_columns(fitted, seen, end)
-    rng, force, readings = np.random.default_rng(seed), variances.force, variances.readings
+    rng, force, readings = np.random.default_rng(1), fitted.variances.force, fitted.variances.readings
     tried: list[Reestimated] = []
-    count = seen.shape[-1]
+    count, rounds = seen.shape[-1], 2
     for round_ in range(rounds + 1):
         local = reweighed(problem, at, linear, readings)
         if round_ < rounds:

@@ -112,10 +112,10 @@ class Weighed:
     of_channels: np.ndarray
     _sums: list["Sums"] = dataclasses.field(default_factory=list, init=False, repr=False, compare=False)
 
-    def sums(self, chains: Chains, size: int, shared: int) -> "Sums":
+    def sums(self, chains: Chains, size: int) -> "Sums":
         """What does not depend on the random force, added up once for many solutions."""
         if not self._sums:
-            self._sums.append(_summed(self, chains, size, shared))
+            self._sums.append(_summed(self, chains, size))
         return self._sums[0]
 
 
@@ -139,7 +139,7 @@ class Sums:
     defect: np.ndarray
 
 
-def _summed(local: Weighed, chains: Chains, size: int, shared: int) -> Sums:
+def _summed(local: Weighed, chains: Chains, size: int) -> Sums:
     inside, count = 3 * size, size * (chains.knot_count + 1)
     outside = local.gram.shape[1] - inside
     band, rhs = np.zeros((inside, count)), np.zeros((1 + outside, count))
@@ -232,7 +232,7 @@ def scaled(chains: Chains, border: Border, by: np.ndarray, states: int) -> np.nd
 
 
 def residuals_after(
-    chains: Chains, unknowns: Unknowns, border: Border, linear: Linearised, shared: np.ndarray, own: np.ndarray, knots: np.ndarray
+    chains: Chains, border: Border, linear: Linearised, shared: np.ndarray, own: np.ndarray, knots: np.ndarray
 ) -> Float[np.ndarray, "segments samples channels"]:
     """Linearised residuals of the readings after a step, over the declared noise."""
     state, force = knots[chains.left, :-1], np.stack([knots[chains.left, -1], knots[chains.left + 1, -1]], axis=1)

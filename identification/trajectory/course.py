@@ -50,12 +50,10 @@ class BySample:
     Attributes:
         readings_by: readings over the noise by state, force here and there, stop; (segments, samples, channels, states + 3).
         next_by: state at the next sample by the same; (segments, samples, states, states + 3).
-        weight: 1 / noise, 0 where nothing counts; (segments, samples, channels).
     """
 
     readings_by: np.ndarray
     next_by: np.ndarray
-    weight: np.ndarray
 
 
 @soon_compiled
@@ -78,8 +76,8 @@ def _push_rate(system: System, motion: Motion, approach_speed):
     return jnp.where(motion.in_contact, found, 0.0)
 
 
-def courses(fitted: Fitted) -> tuple[tuple[Course, ...], "Sampled"]:
-    """The motion along every record, all padded to the longest with its last values, and the states at all samples."""
+def courses(fitted: Fitted) -> tuple[tuple[Course, ...], Float[np.ndarray, "segments knots states"]]:
+    """The motion along every record, all padded to the longest with its last values; and states at all samples and ends of segments."""
     problem, at = fitted.problem, fitted.at
     chains, model = problem.chains, jax.tree.map(np.asarray, problem.model_at(at))
     vectors, found = vectors_of(chains, at), []
@@ -114,14 +112,7 @@ def courses(fitted: Fitted) -> tuple[tuple[Course, ...], "Sampled"]:
             )
         )
     held = problem.unknowns.states[-1] == APPROACH_SPEED
-    return tuple(made), Sampled(states=np.concatenate([states, approach_speed[..., None]], axis=-1) if held else states)
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Sampled:
-    """States at all samples of every segment and at its end; (segments, samples + 1, states)."""
-
-    states: np.ndarray
+    return tuple(made), np.concatenate([states, approach_speed[..., None]], axis=-1) if held else states
 
 
 def record_system(problem: Problem, at: Estimate, index: int) -> System:
@@ -143,8 +134,8 @@ def record_system(problem: Problem, at: Estimate, index: int) -> System:
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), system)
 
 
-def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
-    """Linearise the chain about its estimate from sample to sample."""
+def by_sample(fitted: Fitted, sampled: Float[np.ndarray, "segments knots states"]) -> BySample:
+    """Linearise the chain about its estimate from sample to sample, with the states there."""
     problem, at, chains = fitted.problem, fitted.at, fitted.problem.chains
     fine = chains_of(problem.experiment.records, 1, rest=problem.rest, late=late_channels(problem.model_at(at)))
     states, force = np.zeros((fine.knot_count, len(problem.unknowns.states))), np.zeros(fine.knot_count)
@@ -154,7 +145,7 @@ def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
         ends = np.stack([at.force[chains.left[parts]], at.force[chains.left[parts] + 1]], axis=1)
         share = np.arange(chains.samples) / chains.samples
         between = (ends[:, :1] * (1.0 - share) + ends[:, 1:] * share).ravel()
-        states[knots] = np.concatenate([chains.series(index, sampled.states[:, :-1], samples), sampled.states[parts][-1:, -1]])
+        states[knots] = np.concatenate([chains.series(index, sampled[:, :-1], samples), sampled[parts][-1:, -1]])
         force[knots] = np.concatenate([between[:samples], ends[-1:, 1]])
     finely = linearise(
         problem.model_at(at),
@@ -183,7 +174,7 @@ def by_sample(fitted: Fitted, sampled: Sampled) -> BySample:
                 if channel in chains.channels:  # the machine takes a force up and the hammer does not move: it is seen at once
                     place = chains.channels.index(channel)
                     readings_by[group.place, :, place, count] = factor * chains.weight[group.place, :, place]
-    return BySample(readings_by=readings_by, next_by=next_by, weight=chains.weight)
+    return BySample(readings_by=readings_by, next_by=next_by)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -226,5 +217,5 @@ def responses(
     for column, one in enumerate(signals):
         for channel, values in one.readings.items():
             place = chains.channels.index(channel)
-            seen[..., place, column] += values[:, :-1] * by.weight[..., place]
+            seen[..., place, column] += values[:, :-1] * chains.weight[..., place]
     return seen, end

@@ -171,7 +171,7 @@ class _Eliminated(NamedTuple):
 def _eliminated(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> _Eliminated:
     border, chains = problem.border, problem.chains
     size, shared = len(problem.unknowns.states) + 1, len(problem.unknowns.shared)
-    sums = local.sums(chains, size, shared)
+    sums = local.sums(chains, size)
     band, rhs, products = sums.band.copy(), sums.rhs.copy(), sums.border.copy()
     square, logs = _with_motion(problem, at, local, force, sums, band, rhs, products)
     band[0, :size] = 1.0

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from identification.trajectory.chain_equations import Weighed
-from identification.trajectory.elimination import Solution
+from identification.trajectory.elimination import Solution, solved
 from identification.trajectory.motion import Estimate, Linearised, linearise, unrolled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
@@ -31,7 +31,6 @@ from identification.trajectory.variances import (
     is_no_mode,
     likeliest,
     reweighed,
-    solved,
     vanishes,
 )
 from identification.wording.numbers import significant

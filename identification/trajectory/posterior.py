@@ -84,7 +84,7 @@ def expected_products(
     """
     states, samples = len(unknowns.states), chains.samples
     covariance = segments_covariance(chains, solution)
-    mean = residuals_after(chains, unknowns, border, linear, solution.shared, solution.own, solution.knots)
+    mean = residuals_after(chains, border, linear, solution.shared, solution.own, solution.knots)
     by = scaled(chains, border, linear.by, states)
     counted = (chains.weight > 0) & linear.done[:, None, None]
     for c in range(len(chains.channels)):

@@ -52,15 +52,11 @@ class Smoothed:
     Attributes:
         values: shared parameters by name, SI.
         estimate: all unknowns; states at the knots are those of the motion, the random force is the one that was held.
-        loss: half the sum of squares.
-        iterations: of L-BFGS.
         converged: whether the optimum is near, against the standard errors.
     """
 
     values: dict[str, float]
     estimate: Estimate
-    loss: float
-    iterations: int
     converged: bool
 
 
@@ -156,9 +152,7 @@ def fit_smoothed(
         if gradient <= SMALL_GRADIENT:
             break
     estimate = _estimate(problem, at, fixed, point)
-    return Smoothed(
-        values=problem.values(estimate), estimate=estimate, loss=loss, iterations=iterations, converged=gradient <= SMALL_GRADIENT
-    )
+    return Smoothed(values=problem.values(estimate), estimate=estimate, converged=gradient <= SMALL_GRADIENT)
 
 
 def _lengths(problem: Problem, at: Estimate) -> list[int]:

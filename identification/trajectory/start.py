@@ -144,7 +144,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
         parameters=parameters,
         unknowns=unknowns,
         chains=chains,
-        border=_border(experiment, parameters, unknowns, chains, zeros, start, stop=not isinstance(model.law, NoContact)),
+        border=_border(experiment, parameters, unknowns, zeros, start, stop=not isinstance(model.law, NoContact)),
         scales=scales,
         integrator=Landing(contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)), flight_step=jax.device_put(np.asarray(flight))),
         rest=tuple(rest),
@@ -363,7 +363,7 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
     )
 
 
-def _border(experiment, parameters, unknowns: Unknowns, chains: Chains, zeros, start: Estimate, *, stop: bool) -> Border:
+def _border(experiment, parameters, unknowns: Unknowns, zeros, start: Estimate, *, stop: bool) -> Border:
     """Free unknowns, their scales and priors; where the stop is not reached, the gap stays as set by its prior."""
     options = experiment.parameters
     fixed = {name for name, option in options.items() if option.fixed and option.start is not None}

@@ -89,7 +89,7 @@ def coloured(
     solution = solved(problem, at, local, force)
     counted = (chains.weight > 0) & linear.done[:, None, None]
     several = max(draws, int(np.ceil(20_000 / max(int(counted.sum()), 1))))
-    drawn = [residuals_after(chains, problem.unknowns, border, linear, *solution.draw(rng)) for _ in range(min(several, 40))]
+    drawn = [residuals_after(chains, border, linear, *solution.draw(rng)) for _ in range(min(several, 40))]
     return tuple(
         estimated(
             [one[..., c] for one in drawn],

@@ -62,5 +62,5 @@ def test_no_other_number_decides():
         numbers.remove(place)
     assert numbers == [0.0]
     compared = {ast.unparse(side) for node in ast.walk(rule) if isinstance(node, ast.Compare) for side in (node.left, *node.comparators)}
-    allowed = {"level", "IDENTIFIED", "LEFT_OVER * evidence.gain", "0.0", "None"}
+    allowed = {"LEVEL", "IDENTIFIED", "LEFT_OVER * evidence.gain", "0.0", "None"}
     assert all(one in allowed or one.startswith(("evidence.", "chance(evidence.")) for one in compared), compared

@@ -62,7 +62,7 @@ def rubbing(seen: Look, force: float) -> Fitted:
 
 def friction(seen: Look, force: float = 0.2) -> Alternative:
     candidate = Candidate(name="coulomb_friction", members=(CoulombFriction(force),), signals=())
-    return Alternative(candidate=candidate, expected=0.0, gain=60.0, degrees=1, tried=100, fitted=rubbing(seen, force), drop=50.0)
+    return Alternative(candidate=candidate, gain=60.0, degrees=1, tried=100, fitted=rubbing(seen, force), drop=50.0)
 
 
 def asked_of(judge: Judge, before: Fitted, one: Alternative) -> Alternative:
@@ -157,7 +157,7 @@ def test_a_free_form_counts_unless_it_fails_to_predict_what_was_held_back(
     for name, made in {"learned": (None, None), "at_first_order": seen, "continued": with_form}.items():
         monkeypatch.setattr(diagnose, name, lambda *args, made=made, **others: made)
     candidate, one = Candidate(name="any force over velocity", members=(), signals=(None,) * 16), seen.fitted
-    scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), stderr=np.ones(16), known=np.ones(16, bool))
+    scored = Scored(candidate=candidate, gain=300.0, strengths=np.zeros(16), known=np.ones(16, bool))
     weighed = Reestimated(deviance=0.0, strengths=np.zeros(16), covariance=np.eye(16), variances=one.variances, at=one.at)
     against, left, best = diagnose._with_prediction(((scored, weighed, 200.0),), 8, seen, one, judge, lambda line: None)
     assert (left[0][2], best is not None) == (gain, gain > 0.0)

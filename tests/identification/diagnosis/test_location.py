@@ -37,7 +37,7 @@ def weighed(seen: Look, form: Form, strengths: np.ndarray, gain: float) -> tuple
     stderr = np.full(len(strengths), 0.01)
     known = np.ones(len(strengths), bool)
     candidate = Candidate(name=form.name, members=(), signals=form.signals, form=form)
-    scored = Scored(candidate=candidate, gain=gain, strengths=strengths, stderr=stderr, known=known)
+    scored = Scored(candidate=candidate, gain=gain, strengths=strengths, known=known)
     fitted = seen.fitted
     return (
         scored,

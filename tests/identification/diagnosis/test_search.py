@@ -33,9 +33,7 @@ def fitted(seen: Look, *names: str, deviance: float = 0.0) -> Fitted:
 def alternative(name: str, gain: float, found: Fitted | None = None) -> Alternative:
     """A candidate that was refitted, where there is a fit."""
     candidate = Candidate(name=name, members=(at_start(EFFECTS[name]),), signals=())
-    return Alternative(
-        candidate=candidate, expected=gain, gain=gain, degrees=1, tried=200, fitted=found, drop=None if found is None else gain
-    )
+    return Alternative(candidate=candidate, gain=gain, degrees=1, tried=200, fitted=found, drop=None if found is None else gain)
 
 
 @pytest.fixture
@@ -402,7 +400,6 @@ def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_or
             candidate=Candidate(name=one.name, members=(one,), signals=()),
             gain=gain,
             strengths=np.ones(1),
-            stderr=np.ones(1),
             known=np.ones(1, bool),
         )
         for one, gain in zip(members, (900.0, 800.0, 3.0, 0.0), strict=True)
@@ -434,7 +431,7 @@ def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_n
 
 def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_at_first_order(seen, monkeypatch):
     listed = [
-        Scored(candidate=alternative(n, 0.0).candidate, gain=9.0, strengths=np.ones(1), stderr=np.ones(1), known=np.ones(1, bool))
+        Scored(candidate=alternative(n, 0.0).candidate, gain=9.0, strengths=np.ones(1), known=np.ones(1, bool))
         for n in ("time_offset", "second_mode")
     ]
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: candidate.name == "time_offset")

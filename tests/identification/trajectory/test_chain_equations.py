@@ -131,7 +131,7 @@ def test_draws_scatter_as_the_covariance_says(vibrating):
 
 def test_residuals_after_a_step_are_linear_in_it(vibrating):
     linear, _, solution = solved(vibrating, FORCES[0])
-    args = vibrating.chains, vibrating.unknowns, vibrating.border, linear
+    args = vibrating.chains, vibrating.border, linear
     whole = residuals_after(*args, solution.shared, solution.own, solution.knots)
     half = residuals_after(*args, 0.5 * solution.shared, 0.5 * solution.own, 0.5 * solution.knots)
     assert np.allclose(0.5 * (linear.residual + whole), half)
