@@ -11,6 +11,7 @@ Levels, each set once:
 """
 
 import dataclasses
+import math
 
 from identification.result.evidence import chance
 
@@ -22,30 +23,30 @@ BEYOND_NOISE = 1.5
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What speaks for an effect.
+    """What speaks for an effect; by default a strength beyond doubt, and nothing is left over.
 
     Attributes:
         gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted; that of the predictive
             density of the records held back included.
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
-        strength: of its strongest part, over the standard error.
-        drives: the part of it that would drive the motion, of an effect that can only brake it, over the standard error.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
         errors: rms error of the free motion on that, before and after; None likewise.
+        strength: of its strongest part, over the standard error.
+        drives: the part of it that would drive the motion, of an effect that can only brake it, over the standard error.
         left: largest gain of a free form over the model with the effect, likewise, with its columns and the number of forms.
     """
 
     gain: float
     degrees: int
     tried: int
-    strength: float
-    drives: float
     held_out: float | None
     errors: tuple[float, float] | None
-    left: float
-    left_degrees: int
-    forms: int
+    strength: float = math.inf
+    drives: float = 0.0
+    left: float = 0.0
+    left_degrees: int = 1
+    forms: int = 1
 
 
 def decide(evidence: Evidence) -> str:

@@ -103,18 +103,7 @@ class Judge:
             was, is_now = self.left_out(before), self.left_out(after)
             held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
             errors = None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error)  # no channel has signal there
-        return Evidence(
-            gain=gain,
-            degrees=degrees,
-            tried=tried,
-            strength=np.inf,
-            drives=0.0,
-            held_out=held_out,
-            errors=errors,
-            left=0.0,
-            left_degrees=1,
-            forms=1,
-        )
+        return Evidence(gain=gain, degrees=degrees, tried=tried, held_out=held_out, errors=errors)
 
 
 def drives(fitted: Fitted, effect: AbstractEffect, size: float) -> float:

@@ -76,7 +76,10 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
         "time": instant,
         "record": record,
         "profiles": profiles,
-        "maps": {one.file: _map(one, hz) for one, hz in zip(records, _frequencies(seen), strict=True)},
+        "maps": {
+            one.file: _map(one, read.excitation_frequency or seen.scales.f_n)
+            for one, read in zip(records, seen.fitted.problem.experiment.records, strict=True)
+        },
     }
     return Location(sentence=_sentence(best, channel, by_record, phase, coordinate, interval, record, instant), **found)
 
@@ -208,13 +211,8 @@ def _phase(seen: Look, best: Weighed) -> str:
     return "contact" if share > _MOST else "free flight" if share < 1.0 - _MOST and seen.scales.force > 0 else "all"
 
 
-def _frequencies(seen: Look) -> list[float]:
-    """Of the drive, or of the suspension where there is none, Hz."""
-    return [record.excitation_frequency or seen.scales.f_n for record in seen.fitted.problem.experiment.records]
-
-
 def _map(record: RecordFit, hz: float) -> np.ndarray:
-    """Mean squared residual over the noise variance by part of the record (rows) and of the period (columns)."""
+    """Mean squared residual over the noise variance by part of the record (rows) and of the period (columns) of the drive, or suspension."""
     time = record.time - record.time[0]
     row = np.minimum((time / time[-1] * _PARTS).astype(int), _PARTS - 1)
     column = np.minimum(((time * hz) % 1.0 * _PARTS).astype(int), _PARTS - 1) if hz > 0 else np.zeros(len(time), int)

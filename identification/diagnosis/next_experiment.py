@@ -126,7 +126,8 @@ def next_experiment(experiment: Experiment, named: Cause, twins: Mapping[str, Ca
     proposals, errors = list(_proposals(experiment, named, records)), _errors(experiment, records)
     if not proposals or not twins or not errors or not named.is_of_any_record:
         return ""
-    distances = np.min([separation(proposals, named, twin, errors, _sampling(experiment)) for twin in twins.values()], axis=0)
+    sampling = float(np.median([np.median(np.diff(record.time)) for record in experiment.records]))
+    distances = np.min([separation(proposals, named, twin, errors, sampling) for twin in twins.values()], axis=0)
     if not np.isfinite(distances).any():
         return ""
     best = int(np.nanargmax(distances))
@@ -162,11 +163,6 @@ def _proposals(experiment: Experiment, named: Cause, records: tuple[RecordFit, .
 
 def _millimetres(value: float) -> str:
     return with_unit(significant(1e3 * value), "mm")
-
-
-def _sampling(experiment: Experiment) -> float:
-    """Sampling interval of the present records, s."""
-    return float(np.median([np.median(np.diff(record.time)) for record in experiment.records]))
 
 
 def _errors(experiment: Experiment, records: tuple[RecordFit, ...]) -> dict[str, tuple[float, float]]:
