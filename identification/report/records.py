@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float
 from matplotlib.ticker import NullLocator
 from scipy.special import ndtr
 
 from identification.report.base import DASHES, PageStyle, Picture, drawn_records, panels, residual_panel
 from identification.result.result import FitResult, largest, notable, residual
+from identification.trajectory.innovations import autocorrelation
 from identification.wording.names import label, spoken
 from identification.wording.numbers import joined, significant
 from vibrojax.drawing import envelope, few_ticks
@@ -124,17 +124,3 @@ def residuals(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         alt=f"Distribution and autocorrelation of the residuals of {joined([spoken(c) for c in by_channel])}.",
         figure=figure,
     )
-
-
-def autocorrelation(series: list[np.ndarray], lags: int) -> Float[np.ndarray, " lags"]:
-    """Mean product of residuals so many samples apart over their mean square; all records together, gaps left out.
-
-    Example:
-        >>> autocorrelation([np.array([1.0, -1.0, 1.0, -1.0])], 1).round(2).tolist()
-        [1.0, -1.0]
-    """
-    products = [[one[lag:] * one[: len(one) - lag] for one in series if len(one) > lag] for lag in range(lags + 1)]
-    means = np.array([np.nanmean(np.concatenate(p)) if p and np.isfinite(np.concatenate(p)).any() else np.nan for p in products])
-    if not means[0] > 0.0:  # nothing is left over, or nothing was recorded
-        return np.full(lags + 1, np.nan)
-    return means / means[0]

@@ -9,6 +9,7 @@ innovations); T. Kailath, IEEE Trans. Autom. Control 13 (1968) 646-655.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -109,7 +110,7 @@ class Whiteness:
 
     Attributes:
         variance: about zero; 1 where physics and variances are right.
-        correlations: at 1, 2, ... samples where there are such pairs; 0 there, with a standard error of samples^(-1/2).
+        correlations: at 1 to 4 samples where there are such pairs; 0 there, with a standard error of samples^(-1/2).
         samples: count of errors.
     """
 
@@ -118,7 +119,19 @@ class Whiteness:
     samples: int
 
 
-def whiteness(fitted: Fitted, lags: int = 4) -> dict[str, Whiteness]:
+def autocorrelation(series: Sequence[np.ndarray], lags: int) -> Float[np.ndarray, " lags"]:
+    """Mean product of values so many samples apart over their mean square; all series together, gaps left out; NaN without such pairs.
+
+    Example:
+        >>> autocorrelation([np.array([1.0, -1.0, 1.0, -1.0])], 1).round(2).tolist()
+        [1.0, -1.0]
+    """
+    products = [[one[lag:] * one[: len(one) - lag] for one in series if len(one) > lag] for lag in range(lags + 1)]
+    means = np.array([np.nanmean(np.concatenate(p)) if p and np.isfinite(np.concatenate(p)).any() else np.nan for p in products])
+    return means / means[0] if means[0] > 0.0 else np.full(lags + 1, np.nan)  # nothing is left over, or nothing was recorded
+
+
+def whiteness(fitted: Fitted) -> dict[str, Whiteness]:
     """Variance and correlations of the one-step errors by channel, all records together."""
     chains, found, errors = fitted.problem.chains, {}, innovations(fitted)
     for c, name in enumerate(chains.channels):
@@ -127,9 +140,6 @@ def whiteness(fitted: Fitted, lags: int = 4) -> dict[str, Whiteness]:
         count = int(np.isfinite(values).sum())
         if count == 0:
             continue
-        square = float(np.nanmean(values**2))
-        products = [[one[lag:] * one[:-lag] for one in series if len(one) > lag] for lag in range(1, lags + 1)]
-        pairs = [np.concatenate(one) for one in products if one]
-        means = tuple(float(np.nanmean(one)) / square for one in pairs if np.isfinite(one).any())
-        found[name] = Whiteness(variance=square, correlations=means, samples=count)
+        correlations = tuple(one for one in autocorrelation(series, 4)[1:].tolist() if np.isfinite(one))
+        found[name] = Whiteness(variance=float(np.nanmean(values**2)), correlations=correlations, samples=count)
     return found

@@ -10,9 +10,10 @@ from identification.report.base import SCREEN, rendered
 from identification.report.contact import loops
 from identification.report.decay import ring_downs
 from identification.report.page import FIGURES
-from identification.report.records import autocorrelation, overlay
+from identification.report.records import overlay
 from identification.result.result import Added, impacts, measured_displacement, notable
 from identification.result.ring_down import RingDowns
+from identification.trajectory.innovations import autocorrelation
 from tests.identification.made_result import RING_DOWNS, made_result
 from vibrojax.drawing import png, style
 
