@@ -100,7 +100,7 @@ class Location:
         channel: with the largest share of the excess misfit.
         channels: share of the excess misfit by channel.
         records: share of the excess misfit by record file.
-        phase: "free flight", "contact", "separation", "after impact" or "all".
+        phase: "free flight", "contact" or "all".
         coordinate: that explains the misfit best.
         interval: of that coordinate, in its unit, that holds most of the misfit; None where it is everywhere.
         time: onset, s, of an effect that begins at an instant; else None.

@@ -9,7 +9,7 @@ from identification.diagnosis.free_forms import Form
 from identification.diagnosis.look import Look, Scored
 from identification.result.result import RecordFit
 from identification.trajectory.additions import Reestimated
-from identification.wording.names import spoken
+from identification.wording.names import coordinate_label, spoken
 from identification.wording.numbers import joined, percent, significant
 from vibrojax.effects import AbstractEffect
 
@@ -21,14 +21,12 @@ _OF_TWO = 0.8
 """Weight of a form over a coordinate and the direction of motion: it has to gain a quarter more than one over a single coordinate."""
 _BESIDE = 20
 """Frequencies on either side of a vibration, half a period of the longest record apart, at which the spectrum is shown."""
-_DISPLAYED = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "s": (1.0, "s")}
 _SAID = {
     "displacement": "at displacements of {}",
     "velocity": "at velocities of {}",
     "indentation": "at indentations of {}",
     "time": "from {} on the record's clock",
     "reading": "at readings of {}",
-    "excitation phase": "with the phase of the drive",
 }
 _PHASES = {"all": "runs through the whole motion", "free flight": "sits in free flight", "contact": "sits in the contacts"}
 
@@ -212,7 +210,7 @@ def _phase(seen: Look, best: Weighed) -> str:
 
 
 def _map(record: RecordFit, hz: float) -> np.ndarray:
-    """Mean squared residual over the noise variance by part of the record (rows) and of the period (columns) of the drive, or suspension."""
+    """Mean squared residual over the noise variance by part of the record (rows) and of the period of drive or suspension (columns)."""
     time = record.time - record.time[0]
     row = np.minimum((time / time[-1] * _PARTS).astype(int), _PARTS - 1)
     column = np.minimum(((time * hz) % 1.0 * _PARTS).astype(int), _PARTS - 1) if hz > 0 else np.zeros(len(time), int)
@@ -229,13 +227,13 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
     """The location in words for a test engineer."""
     if instant is not None and record is not None:
         return f"The misfit starts at {instant:.2f} s of {record}. It {_PHASES[phase]}, seen most in {spoken(channel)}."
-    factor, unit = _DISPLAYED.get(best.unit, (1.0, best.unit))
+    look = coordinate_label(best.coordinate, best.unit)
     parts = [_PHASES[phase]]
     if best.coordinate == coordinate == "frequency":
         parts.append(f"vibrates at {significant(best.center[np.argmax(best.mean)], 4)} Hz")
     elif interval is not None:
-        low, high = (significant(factor * end, 2) for end in interval)
-        parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {unit}".strip()))
+        low, high = (significant(look.factor * end, 2) for end in interval)
+        parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {look.unit}".strip()))
     elif not best.is_even:
         parts.append(f"changes with the {coordinate}")
     if best.quantity == "force":

@@ -1,7 +1,6 @@
 """How symbols, channels and coordinates are written: symbols of the thesis, words, and a unit that suits the size."""
 
 import dataclasses
-import math
 import re
 
 from markupsafe import Markup, escape
@@ -143,22 +142,18 @@ def label(channel: str, experiment: Experiment) -> Label:
 _COORDINATES = {
     "time": "t",
     "frequency": "f",
-    "excitation phase": "φ",
     "displacement": "u",
     "velocity": "u̇",
     "indentation": "δ",
-    "impact speed": "v⁻",
-    "time since impact": "t − tⱼ",
 }
 
 
 def coordinate_label(coordinate: str, unit: str) -> Label:
-    """A coordinate with a readable unit: metres in mm, short times in ms, angles in degrees.
+    """A coordinate with a readable unit: metres in mm, metres per second in mm/s.
 
     Example:
         >>> coordinate_label("displacement", "m").axis
         'displacement u (mm)'
     """
-    readable = {"m": (1e3, "mm"), "rad": (180.0 / math.pi, "°")} | ({} if coordinate == "time" else {"s": (1e3, "ms")})
-    factor, shown = readable.get(unit, (1.0, unit))
+    factor, shown = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s")}.get(unit, (1.0, unit))
     return Label(words=coordinate, symbol=f"{coordinate} {_COORDINATES.get(coordinate, '')}".strip(), factor=factor, unit=shown)

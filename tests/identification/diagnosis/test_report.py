@@ -137,7 +137,7 @@ def test_a_missing_effect_is_named_located_and_compared(pages):
         "Error of the readings",
         "autocorrelated, order 3",
         "Where it acts",
-        "mostly between −0.0100 and 0.0100 m/s",
+        "mostly between −10.0 and 10.0 mm/s",
         "What to do next",
         "What else was considered",
         "Provenance",
@@ -223,7 +223,7 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
         r.file: r.gap for r in odd.augmented.records
     }
     assert read_back["provenance"]["versions"]["jax"]
-    assert "mostly below 1.00 m/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
+    assert "mostly below 1000 mm/s" in read(write_diagnosis_report(odd, tmp_path)[0]).text
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
