@@ -11,13 +11,12 @@ from scipy.optimize import minimize
 
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
-from identification.estimation.parameters import between_records, record_estimates
+from identification.estimation.parameters import between_records, record_estimates, variations
 from identification.estimation.varying import IDENTIFIED, LOGS, with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
 from identification.trajectory.fit import Fitted, Progress
 from identification.trajectory.remodel import with_variation
-from identification.trajectory.segments import VARIATION
 from identification.trajectory.variances import is_largest
 from vibrojax.errors import NoConvergenceError
 
@@ -34,15 +33,8 @@ def contradicted(fitted: Fitted) -> tuple[str, ...]:
     if is_largest(fitted.problem, fitted.variances.force):
         return ()
     tested = sorted((one for one in between_records(fitted) if "." not in one.name), key=lambda one: one.chance)
-    contradict = any(one.chance < LEVEL / len(tested) for one in tested) and not differing(fitted)
+    contradict = any(one.chance < LEVEL / len(tested) for one in tested) and not variations(fitted.problem)
     return tuple(one.name for one in tested) if contradict else ()
-
-
-def differing(fitted: Fitted) -> tuple[str, ...]:
-    """Parameters that have a value in each record."""
-    problem = fitted.problem
-    own = [name for place, name in enumerate(problem.unknowns.own) if problem.border.own[:, place].any()]
-    return tuple(name.removeprefix(VARIATION) for name in own if name.startswith(VARIATION))
 
 
 def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
@@ -111,7 +103,7 @@ def with_values(fitted: Fitted, names: tuple[str, ...], progress: Progress) -> F
 
 def if_still_needed(fitted: Fitted, progress: Progress) -> Fitted:
     """The model, with one value for all records where they no longer say otherwise."""
-    names = differing(fitted)
+    names = tuple(variations(fitted.problem))
     try:
         common = with_variation(fitted.problem, dict.fromkeys(names, 0.0))
         at = dataclasses.replace(fitted.at, own=np.where(common.border.own, fitted.at.own, 0.0))

@@ -13,7 +13,8 @@ from identification.diagnosis.augment import augmented, is_shown_delay, refitted
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
-from identification.diagnosis.scatter import contradicted, differing, gain_of_values, if_still_needed, with_values
+from identification.diagnosis.scatter import contradicted, gain_of_values, if_still_needed, with_values
+from identification.estimation.parameters import variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
@@ -169,7 +170,7 @@ def search(
             return dataclasses.replace(found, finished=False)
         if _names(found) == names:
             break
-    return found if differing(found.final) else dataclasses.replace(found, nominal=nominal)
+    return found if variations(found.final.problem) else dataclasses.replace(found, nominal=nominal)
 
 
 def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
@@ -431,7 +432,9 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             steps = [asked_again if other is step else other for other in steps]
         elif _is_taken(winner):
             final, exchanged, steps = winner.fitted, True, [*(other for other in steps if other is not step), best]
-    if steps and differing(final) and steps[-1].alternatives[0].fitted is final:  # taken in beside values that it may have made needless
+    if (
+        steps and variations(final.problem) and steps[-1].alternatives[0].fitted is final
+    ):  # taken in beside values that it may have made needless
         progress("asking whether records still differ")
         final = if_still_needed(final, progress)
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)
