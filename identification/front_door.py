@@ -27,6 +27,7 @@ from identification.report.base import STYLES, PageStyle
 from identification.result.files import StoredFit, fit_dataset, provenance
 from identification.result.posterior import check_extra
 from identification.result.result import FitResult, ParameterEstimate
+from identification.trajectory.fit import Progress
 from vibrojax.aside import filled, of_earlier_set
 from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError

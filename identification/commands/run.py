@@ -39,6 +39,7 @@ from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult, StartedFrom
 from identification.result.store import FILE_NAME, read_stored
+from identification.trajectory.fit import Progress
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.effects.formula import terms as read_terms
@@ -46,7 +47,6 @@ from vibrojax.errors import InputError, NoConvergenceError, WarningLine
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
-Progress = Callable[[str], None]
 Show = Callable[[RenderableType], None]
 FAILURES = (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError)
 """What a fit raises where an experiment, or the law or effects chosen for it, cannot be fitted."""

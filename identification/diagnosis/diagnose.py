@@ -2,8 +2,7 @@
 
 import dataclasses
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +35,9 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, nominal_model
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
+from identification.result.files import Clock
 from identification.result.result import OK, Quantity
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.start import problem_of
 from identification.trajectory.variances import is_largest
 from identification.wording.numbers import joined
@@ -45,7 +45,6 @@ from vibrojax.effects.base import unit_in
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
 
-Progress = Callable[[str], None]
 _FORMS = 3
 """Free forms that are weighed anew, the best by score."""
 _AT_LIMIT = "the random force beside it is as large as it may be, so that most of the misfit is still unexplained"
@@ -55,11 +54,10 @@ _DECIMALS = 4
 
 
 class _Course:
-    """Wall time by stage, and the end of the budget."""
+    """Lines of progress, up to the end of the budget."""
 
     def __init__(self, budget_minutes: float, progress: Progress) -> None:
-        self.seconds: dict[str, float] = {}
-        self.progress = progress
+        self.clock, self.progress = Clock(), progress
         self._deadline = time.monotonic() + 60.0 * budget_minutes
 
     def within_budget(self, line: str) -> None:
@@ -71,13 +69,6 @@ class _Course:
         if time.monotonic() > self._deadline:
             raise OutOfBudgetError
         self.progress(line)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Record the wall time of the enclosed block."""
-        begin = time.monotonic()
-        yield
-        self.seconds[name] = time.monotonic() - begin
 
 
 def diagnose_experiment(
@@ -106,26 +97,26 @@ def diagnose_experiment(
     among = tuple(known_effects(terms)) if among is None else among
     check_clearance(experiment, nominal_model(experiment, law).law)
     experiment, partly = in_part(experiment)
-    with course.stage("nominal"):
-        progress("reading first guesses from the records")
-        nominal = fit(problem_of(experiment, law=law), progress=progress)
-    with course.stage("search"):
-        judge = Judge(experiment)
-        found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
-        last = look(found.final, among, terms) if found.last is None else found.last.look
-    with course.stage("evidence"):
-        progress("predicting what was left out")
-        found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
-        before, after = judge.left_out(found.nominal), judge.left_out(found.final)
-        verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
-        if verdict == UNLISTED:
-            models = [(before, ""), (after, ""), *([form] if form is not None else [])]
-            after, formula = min(models, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
-        else:
-            formula = ""
-            after = after if verdict in (MISSING, UNDECIDED) else before
-    with course.stage("location"):
-        diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
+    progress("reading first guesses from the records")
+    nominal = fit(problem_of(experiment, law=law), progress=progress)
+    course.clock.lap("nominal")
+    judge = Judge(experiment)
+    found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
+    last = look(found.final, among, terms) if found.last is None else found.last.look
+    course.clock.lap("search")
+    progress("predicting what was left out")
+    found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
+    before, after = judge.left_out(found.nominal), judge.left_out(found.final)
+    verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
+    if verdict == UNLISTED:
+        models = [(before, ""), (after, ""), *([form] if form is not None else [])]
+        after, formula = min(models, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
+    else:
+        formula = ""
+        after = after if verdict in (MISSING, UNDECIDED) else before
+    course.clock.lap("evidence")
+    diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
+    course.clock.lap("location")
     return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *dropped, *partly))
 
 
@@ -313,7 +304,7 @@ def _concluded(
         reading_error=sensor_errors(after.fitted),
         next_experiment=_next_experiment(experiment, found, twins, shown_after) if ambiguous else "",
         warnings=(*_warnings(found), *limit_warning(among)),
-        seconds=course.seconds,
+        seconds=course.clock.seconds,
         ring_downs=ring_downs(experiment, (*shown_before.records, *shown_before.held_back), models),
     )
 

@@ -4,7 +4,7 @@ A value in each record, of parameters in which the records contradict each other
 """
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -17,7 +17,7 @@ from identification.diagnosis.scatter import contradicted, gain_of_values, if_st
 from identification.estimation.parameters import variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
-from identification.trajectory.fit import Fitted
+from identification.trajectory.fit import Fitted, Progress
 from identification.trajectory.variances import Variances
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
@@ -32,7 +32,6 @@ LARGE_PART = 0.05
 _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
-Progress = Callable[[str], None]
 
 
 @runtime_checkable
@@ -432,9 +431,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             steps = [asked_again if other is step else other for other in steps]
         elif _is_taken(winner):
             final, exchanged, steps = winner.fitted, True, [*(other for other in steps if other is not step), best]
-    if (
-        steps and variations(final.problem) and steps[-1].alternatives[0].fitted is final
-    ):  # taken in beside values that it may have made needless
+    if steps and variations(final.problem) and steps[-1].alternatives[0].fitted is final:  # it may have made values needless
         progress("asking whether records still differ")
         final = if_still_needed(final, progress)
     return dataclasses.replace(found, final=final, steps=tuple(steps), last=found.last if final is found.final else None)

@@ -1,8 +1,7 @@
 """Fit of an experiment: one chain per record, and from it estimates, standard errors, checks and predictions."""
 
 import dataclasses
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -27,15 +26,15 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, check_smoothing, nominal_model, varying
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import Unrest, chance
+from identification.result.files import Clock
 from identification.result.result import Added, FitResult, Likelihood, RecordFit
-from identification.trajectory.fit import Fitted, equations, fit, settled
+from identification.trajectory.fit import Fitted, Progress, equations, fit, settled
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.start import Problem, problem_of
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
-Progress = Callable[[str], None]
 _STRUCK = 12.0
 """Load-cell force, in standard deviations of the noise, above which it is significant."""
 _MORE_STEPS = 20
@@ -75,7 +74,7 @@ def fit_experiment(
     effects = (*(term.name for term in terms), *effects)
     if smoothing is not None and effects:
         raise InputError("the smoothed integrator integrates no effects: expected none beside it; fit them with the landing integrator")
-    clock = _Clock()
+    clock = Clock()
     progress("reading first guesses from the records")
     names = varying(experiment)
     nominal_law = nominal_model(experiment, law).law
@@ -282,16 +281,3 @@ def _warnings(
                 " of the stop: check gap, unit and sign of the displacement"
             )
     return (*warnings, *of_sample)
-
-
-class _Clock:
-    """Wall time by stage, s."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """Record the wall time of a stage that ends."""
-        last, self._last = self._last, time.perf_counter()
-        self.seconds[stage] = self._last - last

@@ -5,7 +5,6 @@ past alone. From the state there, the model runs freely, without random force.
 """
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +14,7 @@ from identification.estimation.prediction import Free, free_motion, frequency, p
 from identification.experiment import Experiment
 from identification.result.result import Horizon, RecordFit
 from identification.trajectory.elimination import solved
-from identification.trajectory.fit import Fitted, fit
+from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.remodel import remodelled, with_variation
@@ -32,7 +31,7 @@ _STARTS = 24
 """Forecasts of a record, at most."""
 
 
-def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Callable[[str], None] = lambda line: None) -> Fitted | None:
+def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Progress = lambda line: None) -> Fitted | None:
     """The held-back records with the shared parameters of a fit held; None where no record is held back.
 
     Estimated from them are their states, random force and reading errors, and each record's own numbers.

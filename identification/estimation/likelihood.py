@@ -9,14 +9,13 @@ Source: A. Vehtari, D. Simpson, A. Gelman, Y. Yao, J. Gabry, J. Mach. Learn. Res
 """
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
 from identification.estimation.parameters import Uncertainty, profile_rise
 from identification.result.posterior import PosteriorSample, weighted
 from identification.result.result import LikelihoodProfile, ProfileMap, Profiles
-from identification.trajectory.fit import Fitted, settled
+from identification.trajectory.fit import Fitted, Progress, settled
 from vibrojax.errors import InputError
 
 _REACH, _POINTS = 3.0, 13
@@ -34,7 +33,7 @@ _EVERY = 20
 """Draws between two lines of progress."""
 
 
-def profiles(fitted: Fitted, spread: Uncertainty, progress: Callable[[str], None]) -> Profiles:
+def profiles(fitted: Fitted, spread: Uncertainty, progress: Progress) -> Profiles:
     """Profile of every parameter with a standard error, and a map of k_i and n, or of the two most strongly correlated."""
     single, places = [], np.flatnonzero(spread.known)
     for index in places:
@@ -59,7 +58,7 @@ def _profile(fitted: Fitted, spread: Uncertainty, index: int) -> LikelihoodProfi
     return LikelihoodProfile(name=fitted.problem.parameters[index].name, values=values, rise=rise)
 
 
-def _map(fitted: Fitted, spread: Uncertainty, pair: tuple[int, int], progress: Callable[[str], None]) -> ProfileMap:
+def _map(fitted: Fitted, spread: Uncertainty, pair: tuple[int, int], progress: Progress) -> ProfileMap:
     """Map of two parameters, along the axes of their ellipse."""
     first, second = (fitted.problem.parameters[index].name for index in pair)
     root = np.linalg.cholesky(spread.covariance[np.ix_(pair, pair)])
@@ -81,7 +80,7 @@ def _physical(fitted: Fitted, index: int, shift: float) -> float:
     return fitted.problem.parameters[index].to_physical(float(internal + shift))
 
 
-def posterior_sample(fitted: Fitted, spread: Uncertainty, draws: int, *, seed: int, progress: Callable[[str], None]) -> PosteriorSample:
+def posterior_sample(fitted: Fitted, spread: Uncertainty, draws: int, *, seed: int, progress: Progress) -> PosteriorSample:
     """Sample the likelihood of a fit over its identifiable parameters; the others keep their values.
 
     Raises:

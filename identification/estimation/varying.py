@@ -1,13 +1,13 @@
 """Parameters that vary between records about a common mean: random effects, their standard deviation by restricted maximum likelihood."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from identification.estimation.parameters import deviance, record_estimates
-from identification.trajectory.fit import Fitted, fit, settled
+from identification.trajectory.fit import Fitted, Progress, fit, settled
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.segments import VARIATION
@@ -25,7 +25,7 @@ _NO_GAIN = 1e-3
 
 
 def with_variations(
-    fitted: Fitted, names: Sequence[str], *, seed: int = 0, progress: Callable[[str], None] = lambda line: None
+    fitted: Fitted, names: Sequence[str], *, seed: int = 0, progress: Progress = lambda line: None
 ) -> tuple[Fitted, dict[str, float]]:
     """The fit with a value of these parameters for each record, and the standard deviations, in the coordinate of the chain; 0 for none.
 

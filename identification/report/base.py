@@ -22,13 +22,13 @@ from matplotlib.figure import Figure
 
 from identification.experiment import Experiment, Record
 from identification.result.result import FitResult, RecordFit
+from identification.trajectory.fit import Progress
 from identification.wording import ON_PAPER, ON_SCREEN
 from identification.wording.names import equation_html, prose_html, symbol_html
 from identification.wording.numbers import significant
 from vibrojax.drawing import BLUE, COLOURS, ORANGE, PAGE_SCALE, PALE, WIDTH, envelope, footnote, new_figure, pdf, png
 from vibrojax.drawing import style as drawing_style
 
-Progress = Callable[[str], None]
 MOST = 8
 """Records with pictures of their own."""
 MANY = 400

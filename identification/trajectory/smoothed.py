@@ -10,7 +10,6 @@ Numerical Optimization, 2nd ed. (2006), ch. 3.5 (zoom line search) and ch. 7.2 (
 """
 
 import dataclasses
-from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -22,6 +21,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from identification.guesses.declared_model import check_smoothing
+from identification.trajectory.fit import Progress
 from identification.trajectory.motion import Estimate, linearise, read, segment_system
 from identification.trajectory.reading_error import ReadingError, whitening
 from identification.trajectory.segments import Hosted, Segments, chains_of
@@ -32,7 +32,6 @@ from vibrojax.integrate import SUCCESS
 from vibrojax.integrate import Smoothed as Integrator
 from vibrojax.model import Model
 
-Progress = Callable[[str], None]
 _LARGEST_ERROR = 0.1
 """Of a start that is off by the resolution of the sensors, over the size of the motion: a longer stretch is cut."""
 SMALL_GRADIENT = 1e-4
