@@ -1,8 +1,9 @@
 """A look at everything that could be missing: all candidates scored beside one fitted model, the best with all variances estimated anew."""
 
 import dataclasses
+import itertools
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from difflib import get_close_matches
 from functools import cached_property
@@ -27,8 +28,6 @@ from vibrojax.errors import InputError
 
 _COLUMNS = 24
 """Columns that are scored together, in each thread: as many as the memory of a few linearisations holds."""
-_MOST_THREADS = 4
-"""Candidates that are scored or weighed side by side, each with copies of the linearisation."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -201,8 +200,13 @@ def all_weighed_anew(seen: Look, candidates: Sequence[Scored]) -> list[Reestimat
         except np.linalg.LinAlgError:
             return None
 
-    with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), _MOST_THREADS)) as threads:
-        return list(threads.map(one, candidates))
+    return _side_by_side(one, candidates)
+
+
+def _side_by_side(function: Callable, items: Iterable) -> list:
+    """A function of every item, in threads: few, since each holds copies of the linearisation."""
+    with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), 4)) as threads:
+        return list(threads.map(function, items))
 
 
 def _of_kind(kind: type[AbstractEffect] | Formula, scales: ProbeScales, along: tuple[Course, ...], chains: Chains) -> list[Candidate]:
@@ -242,8 +246,7 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
         if len(_packed([*batches[-1], candidate])[0]) > _COLUMNS:
             batches.append([])
         batches[-1].append(candidate)
-    with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), _MOST_THREADS)) as threads:
-        found = [one for batch in threads.map(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)) for one in batch]
+    found = itertools.chain(*_side_by_side(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)))
     return tuple(sorted(found, key=lambda one: -one.gain))
 
 

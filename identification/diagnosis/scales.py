@@ -9,6 +9,7 @@ from scipy.signal import zoom_fft
 
 from identification.diagnosis.lags import lags
 from identification.experiment import Experiment
+from identification.experiment.samples import runs_of
 from identification.guesses.motion import driving_channels
 from identification.trajectory.chain_equations import whitenings
 from identification.trajectory.course import Course
@@ -88,9 +89,7 @@ def _contact_time(law, mass: float, speed: float, force: float) -> float:
 
 def _contacts(touched: np.ndarray, time: np.ndarray) -> tuple[tuple[float, float], ...]:
     """First and last time stamp of each contact, s."""
-    contact = np.pad(touched.astype(int), 1)
-    touches, releases = np.flatnonzero(np.diff(contact) == 1), np.flatnonzero(np.diff(contact) == -1)
-    return tuple((float(time[touch]), float(time[release - 1])) for touch, release in zip(touches, releases, strict=True))
+    return tuple((float(time[touch]), float(time[release - 1])) for touch, release in zip(*runs_of(touched), strict=True))
 
 
 def _unmended(found: dict[str, float], fitted: Fitted) -> dict[str, float]:

@@ -12,6 +12,7 @@ from scipy.optimize import root_scalar
 
 from identification.estimation.simulate import system_in, without_faults
 from identification.experiment import Experiment, Record
+from identification.experiment.samples import runs_of
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
 from vibrojax.compiling import soon_compiled
@@ -111,8 +112,7 @@ def _flights(experiment: Experiment, fit: RecordFit, u: np.ndarray, model: Model
     level = float(np.median((read - fit.relative_displacement)[known])) if read is not None and known.any() else 0.0
     level += rest_place(model, record)
     near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known & ~near, [False]]).astype(int)))
-    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+    for first, end in zip(*(edges.tolist() for edges in runs_of(known & ~near)), strict=True):
         part, returns = slice(first, end), end < len(near) and bool(near[end])
         yield _Flight(record=record, fit=fit, part=part, u=u[part], noise=noise, level=level, returns=returns)
 

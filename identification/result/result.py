@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from identification.experiment import Experiment, si_unit
+from identification.experiment.samples import runs_of
 from identification.result.evidence import Disagreement, Unrest
 from identification.result.posterior import PosteriorSample
 from identification.result.ring_down import RingDowns
@@ -342,8 +343,7 @@ def largest(values: Float[np.ndarray, " samples"]) -> float:
 
 def impacts(record: RecordFit) -> list[Impact]:
     """Contacts of the fitted motion in order; interruptions of a few samples do not separate them."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], record.in_contact, [False]]).astype(int)))
-    return merged(Impact(first=int(first), end=int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True))
+    return merged(Impact(first=int(first), end=int(end)) for first, end in zip(*runs_of(record.in_contact), strict=True))
 
 
 def merged(parts: Iterable[Impact]) -> list[Impact]:

@@ -11,7 +11,7 @@ from identification.experiment import Record
 from identification.trajectory.chain_equations import Border
 from identification.trajectory.motion import Estimate
 from identification.trajectory.segments import APPROACH_SPEED, OF_RECORD, VARIATION, Lateness, chains_of
-from identification.trajectory.start import Problem, step_in_flight
+from identification.trajectory.start import Problem, ranges, step_in_flight
 from vibrojax.contact import NoContact
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
@@ -137,7 +137,7 @@ def _border(problem: Problem, model: Model, acts, own_names: tuple[str, ...], ne
     def shared(values: np.ndarray, more) -> np.ndarray:
         return np.concatenate([values[places], np.asarray(more, values.dtype)])
 
-    zeros = np.zeros(len(new))
+    zeros, (scale, lower, upper) = np.zeros(len(new)), ranges(new)
     records, count = start.own.shape
     own, own_scale = np.ones((records, count), bool), np.ones(count)
     own_mean, own_precision, own_strengths = np.zeros((records, count)), np.zeros((records, count)), np.zeros(count, bool)
@@ -159,14 +159,14 @@ def _border(problem: Problem, model: Model, acts, own_names: tuple[str, ...], ne
         border,
         shared=shared(border.shared, [not p.searched for p in new]),
         own=own,
-        shared_scale=shared(border.shared_scale, [1.0 if p.logarithmic else p.scale for p in new]),
+        shared_scale=shared(border.shared_scale, scale),
         own_scale=own_scale,
         shared_mean=shared(border.shared_mean, start.shared[len(kept) :]),
         shared_precision=shared(border.shared_precision, zeros),
         own_mean=own_mean,
         own_precision=own_precision,
-        lower=shared(border.lower, [np.log(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in new]),
-        upper=shared(border.upper, [np.log(p.upper) if p.logarithmic else p.upper for p in new]),
+        lower=shared(border.lower, lower),
+        upper=shared(border.upper, upper),
         strengths=shared(border.strengths, [True for _ in new]),
         own_strengths=own_strengths,
     )

@@ -363,6 +363,15 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
     )
 
 
+def ranges(parameters: Sequence[Parameter]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Natural size of steps, and least and largest value, of parameters in the coordinate of the fit."""
+    return (
+        np.array([1.0 if p.logarithmic else p.scale for p in parameters]),
+        np.array([np.log(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters]),
+        np.array([np.log(p.upper) if p.logarithmic else p.upper for p in parameters]),
+    )
+
+
 def _border(experiment, parameters, unknowns: Unknowns, zeros, start: Estimate, *, stop: bool) -> Border:
     """Free unknowns, their scales and priors; where the stop is not reached, the gap stays as set by its prior."""
     options = experiment.parameters
@@ -387,17 +396,18 @@ def _border(experiment, parameters, unknowns: Unknowns, zeros, start: Estimate, 
             mean, std = means[p.name]
             shared_mean[place] = np.log(mean) if p.logarithmic else mean
             precision[place] = (mean / std) ** 2 if p.logarithmic else std**-2
+    scale, lower, upper = ranges(parameters)
     return Border(
         shared=np.array([p.name not in fixed for p in parameters], bool),
         own=own,
-        shared_scale=np.array([1.0 if p.logarithmic else p.scale for p in parameters]),
+        shared_scale=scale,
         own_scale=own_scale,
         shared_mean=shared_mean,
         shared_precision=precision,
         own_mean=np.zeros_like(start.own),
         own_precision=np.broadcast_to(np.where(np.isfinite(own_std), own_std**-2.0, 0.0), start.own.shape).copy(),
-        lower=np.array([np.log(max(p.lower, 1e-300)) if p.logarithmic else p.lower for p in parameters]),
-        upper=np.array([np.log(p.upper) if p.logarithmic else p.upper for p in parameters]),
+        lower=lower,
+        upper=upper,
         strengths=np.zeros(len(parameters), bool),
         own_strengths=np.zeros(len(unknowns.own), bool),
     )
