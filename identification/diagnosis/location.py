@@ -13,14 +13,10 @@ from identification.wording.names import coordinate_label, spoken
 from identification.wording.numbers import joined, percent, significant
 from vibrojax.effects import AbstractEffect
 
-_PARTS = 24
-"""Parts of a record, and of a period, in the maps of the misfit."""
 _MOST = 0.8
 """Share by which a record, a phase or a part of a range counts as the place."""
 _OF_TWO = 0.8
 """Weight of a form over a coordinate and the direction of motion: it has to gain a quarter more than one over a single coordinate."""
-_BESIDE = 20
-"""Frequencies on either side of a vibration, half a period of the longest record apart, at which the spectrum is shown."""
 _SAID = {
     "displacement": "at displacements of {}",
     "velocity": "at velocities of {}",
@@ -146,13 +142,14 @@ def _line(seen: Look, form: Form, weighed: Reestimated, explained: float) -> Pro
     slope = form.size * weighed.strengths / np.sqrt(max(square, 1e-300) * len(weighed.strengths))
     chains, force, hz = seen.fitted.problem.chains, seen.fitted.at.force, float(form.knots[0])
     longest = max(record.time[-1] - record.time[0] for record in seen.fitted.problem.experiment.records)
-    frequencies = hz + np.arange(-_BESIDE, _BESIDE + 1) / (2.0 * longest)
+    beside = 20  # frequencies on either side at which the spectrum is shown, half a period of the longest record apart
+    frequencies = hz + np.arange(-beside, beside + 1) / (2.0 * longest)
     power = np.zeros(len(frequencies))
     for index, knots in enumerate(chains.knots):
         time = float(chains.duration[chains.of_record(index)][0]) * np.arange(knots.stop - knots.start)
         window = np.hanning(len(time))
         power += np.abs(np.exp(-2j * np.pi * np.outer(frequencies, time)) @ (window * force[knots]) / window.sum()) ** 2
-    shape = np.sqrt(power / max(power[_BESIDE], 1e-300))
+    shape = np.sqrt(power / max(power[beside], 1e-300))
     kept = frequencies > 0.0
     return Profile(
         coordinate=form.coordinate,
@@ -209,12 +206,12 @@ def _phase(seen: Look, best: Weighed) -> str:
     return "contact" if share > _MOST else "free flight" if share < 1.0 - _MOST and seen.scales.force > 0 else "all"
 
 
-def _map(record: RecordFit, hz: float) -> np.ndarray:
+def _map(record: RecordFit, hz: float, *, parts: int = 24) -> np.ndarray:
     """Mean squared residual over the noise variance by part of the record (rows) and of the period of drive or suspension (columns)."""
     time = record.time - record.time[0]
-    row = np.minimum((time / time[-1] * _PARTS).astype(int), _PARTS - 1)
-    column = np.minimum(((time * hz) % 1.0 * _PARTS).astype(int), _PARTS - 1) if hz > 0 else np.zeros(len(time), int)
-    total, count = np.zeros((_PARTS, _PARTS)), np.zeros((_PARTS, _PARTS))
+    row = np.minimum((time / time[-1] * parts).astype(int), parts - 1)
+    column = np.minimum(((time * hz) % 1.0 * parts).astype(int), parts - 1) if hz > 0 else np.zeros(len(time), int)
+    total, count = np.zeros((parts, parts)), np.zeros((parts, parts))
     for name in record.chi2_reduced:
         square = ((record.measured[name] - record.predicted[name]) / record.noise[name]) ** 2
         fine = np.isfinite(square)

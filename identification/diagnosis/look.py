@@ -26,9 +26,6 @@ from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
-_COLUMNS = 24
-"""Columns that are scored together, in each thread: as many as the memory of a few linearisations holds."""
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Candidate:
@@ -243,7 +240,7 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
     scorers = [scorer(fitted.problem, fitted.at, fitted.linear, one) for one in _variances(fitted)]
     batches: list[list[Candidate]] = [[]]
     for candidate in candidates:
-        if len(_packed([*batches[-1], candidate])[0]) > _COLUMNS:
+        if len(_packed([*batches[-1], candidate])[0]) > 24:  # columns at once in each thread: memory of a few linearisations
             batches.append([])
         batches[-1].append(candidate)
     found = itertools.chain(*_side_by_side(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)))

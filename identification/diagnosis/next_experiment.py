@@ -18,7 +18,7 @@ from jaxtyping import Float
 from scipy.signal import correlate
 
 from identification.diagnosis.decide import IDENTIFIED
-from identification.estimation.prediction import PERIODS
+from identification.estimation.prediction import LANES, PERIODS
 from identification.experiment import Experiment
 from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import GAP_PRIOR_STD_M
@@ -40,8 +40,6 @@ _FACTORS = (0.5, 0.8, 1.25, 2.0)
 """By which the amplitude, the frequency or the gap of a driven record is changed: what a rig most likely allows."""
 _PERIODS = 12.0
 """Of the slower of suspension and drive in a record without impacts; behind many impacts small changes grow out of proportion."""
-_MOST_SAMPLES, _MOST_STEPS, _LANES = 8000, 100_000, 64
-"""Of a record, which a longer one is thinned to; of its integration, which memory holds; records that are integrated side by side."""
 _UNKNOWN = 0.1
 """Standard deviation of a new record's initial state and amplitude over their size, and of its phase in rad, as one sets them by hand."""
 _STEP = 0.01
@@ -204,7 +202,7 @@ def separation(
         sampling: interval between samples, s.
     """
     f_n = named.problem.values(named.at)["f_n"]
-    every = max(1, int(np.ceil(_PERIODS / f_n / sampling / _MOST_SAMPLES)))
+    every = max(1, int(np.ceil(_PERIODS / f_n / sampling / 8000)))  # samples at most: a longer record is thinned
     time = every * sampling * np.arange(int(_PERIODS / f_n / (every * sampling)))
     per_error = {channel: std * np.sqrt(max(lasting / every, 1.0)) for channel, (std, lasting) in errors.items()}
     a, b = (_simulated(one.models(), proposals, per_error, time) for one in (named, twin))
@@ -235,11 +233,11 @@ def _simulated(
     fastest = max(float(models[0].values()["f_n"]), *(one.frequency for one in proposals))
     step = float(flight_step(models[0].effects, fastest, a_period=60.0, an_own_period=24.0))
     capacity = 1000 * int(np.ceil((2.0 * time[-1] / step + 100.0 * fastest * time[-1] * 2.0) / 1000 + 1))
-    integrator = Landing(flight_step=jnp.asarray(step), most_steps=min(capacity, _MOST_STEPS))
+    integrator = Landing(flight_step=jnp.asarray(step), most_steps=min(capacity, 100_000))  # memory
     stacked = jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf, float) for leaf in leaves]), *systems)
     found = []
-    for begin in range(0, len(systems), _LANES):
-        lanes = np.resize(np.arange(begin, min(begin + _LANES, len(systems))), _LANES)
+    for begin in range(0, len(systems), LANES):
+        lanes = np.resize(np.arange(begin, min(begin + LANES, len(systems))), LANES)
         part = jax.tree.map(lambda leaf, lanes=lanes: jnp.asarray(leaf[lanes]), stacked)
         readings, result = _readings(integrator, part, jnp.asarray(time), jnp.asarray(np.array(states)[lanes]))
         values = np.concatenate([np.asarray(readings[channel]) / error for channel, error in per_error.items()], axis=1)

@@ -22,8 +22,6 @@ _LINES = 2
 """Spectral lines taken from each channel's reading error, and from the random force."""
 _SPACING, _APART = 0.25, 10.0
 """Of frequencies of the spectrum, and of two lines at least, over that of one period in the longest record."""
-_STEPS = 16
-"""From one frequency of the spectrum to the next, in which a line is placed."""
 _ON_THE_CEILING = 5
 """Fewest samples within a tenth of the noise of the maximum that form a plateau."""
 
@@ -163,7 +161,7 @@ def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndar
 def _refined(series: list[tuple[np.ndarray, float]], hz: float, spacing: float, may_be: Callable[[np.ndarray], np.ndarray]) -> float:
     """The top of a peak beside a frequency of the grid, Hz: a wave that is slightly off leaves much of a strong line unexplained."""
     band = max(hz - spacing, 0.5 * hz), hz + spacing
-    near, power = np.linspace(*band, 2 * _STEPS + 1), np.zeros(2 * _STEPS + 1)
+    near, power = np.linspace(*band, 33), np.zeros(33)  # sixteen steps to either side
     for values, dt in series:
         if band[1] < 0.5 / dt:
             spectrum = zoom_fft(np.nan_to_num(values), [edge * dt for edge in band], len(near), fs=1, endpoint=True)

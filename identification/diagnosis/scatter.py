@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
-from identification.estimation.parameters import between_records, record_estimates, variations
-from identification.estimation.varying import IDENTIFIED, LOGS, with_variations
+from identification.estimation.parameters import IDENTIFIED, between_records, record_estimates, variations
+from identification.estimation.varying import LOGS, with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
 from identification.trajectory.fit import Fitted, Progress

@@ -35,11 +35,6 @@ from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
 
-_STRUCK = 12.0
-"""Load-cell force, in standard deviations of the noise, above which it is significant."""
-_MORE_STEPS = 20
-"""Gauss-Newton steps under the variances found, where those with changing ones have not converged."""
-
 
 def fit_experiment(
     experiment: Experiment,
@@ -217,7 +212,7 @@ def _smoothed(found: Fitted, smoothing: float, progress: Progress) -> dict[str, 
 
 def _converged(found: Fitted) -> Fitted:
     """The fit, with more steps under the variances that it found where it has not converged."""
-    return found if found.converged else settled(found.problem, found.at, found.variances, steps=_MORE_STEPS)
+    return found if found.converged else settled(found.problem, found.at, found.variances, steps=20)
 
 
 def _misfit(found: Fitted, records: tuple[RecordFit, ...]) -> tuple[float, int]:
@@ -275,7 +270,7 @@ def _warnings(
         if motion is None or motion.force is None or motion.touching.any():
             continue
         peak = float(motion.force.max())
-        if peak > _STRUCK * record.noise["impact_force"]:
+        if peak > 12.0 * record.noise["impact_force"]:  # no noise reaches that far
             warnings.append(
                 f"the load cell of {record.file} reads up to {peak:.3g} N, but the hammer stays {record.gap - motion.u.max():.3g} m short"
                 " of the stop: check gap, unit and sign of the displacement"

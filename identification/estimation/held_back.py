@@ -27,8 +27,6 @@ SIGNAL = 9.0
 """Ratio of a channel's variance to its noise variance below which the channel holds no signal to predict."""
 PERIODS = (0.25, 1.0, 4.0)
 """How far the forecasts reach, in periods of the slower of suspension and drive."""
-_STARTS = 24
-"""Forecasts of a record, at most."""
 
 
 def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Progress = lambda line: None) -> Fitted | None:
@@ -101,7 +99,7 @@ def horizons(fitted: Fitted) -> tuple[tuple[Horizon, ...], ...]:
         count, duration = part.stop - part.start, float(np.median(pieces.duration[part]))
         reach = {periods: max(1, round(periods / (hz * duration))) for periods in PERIODS} if hz > 0 else {}
         past = max(1, round(1.0 / (hz * duration))) if hz > 0 else count  # a period, from which a state can be told
-        starts = np.unique(np.linspace(past, count - 1, _STARTS).astype(int)) if past < count else np.zeros(0, int)
+        starts = np.unique(np.linspace(past, count - 1, 24).astype(int)) if past < count else np.zeros(0, int)  # 24 at most
         begin = np.concatenate([[0], starts])
         first = fitted.at.states[problem.chains.knots[index].start]
         states = np.stack([first, *(filtered_state(fitted, index, int(start) * segments) for start in starts)])

@@ -18,19 +18,8 @@ from identification.result.result import LikelihoodProfile, ProfileMap, Profiles
 from identification.trajectory.fit import Fitted, Progress, settled
 from vibrojax.errors import InputError
 
-_REACH, _POINTS = 3.0, 13
-"""Standard errors to either side, and points of a profile."""
-_MAP_REACH, _MAP_POINTS = 3.2, 9
-"""The same of a map, along each axis of the ellipse."""
-_PAIR = ("k_i", "n")
 DRAWS, FEWEST = 400, 50
 """Draws where no count is given, and at least: the tail of the weights is read off a fifth of them."""
-_TAILS = 7.0
-"""Degrees of freedom of the t distribution."""
-_STEPS = 2
-"""Gauss-Newton steps of everything else for each draw."""
-_EVERY = 20
-"""Draws between two lines of progress."""
 
 
 def profiles(fitted: Fitted, spread: Uncertainty, progress: Progress) -> Profiles:
@@ -42,8 +31,8 @@ def profiles(fitted: Fitted, spread: Uncertainty, progress: Progress) -> Profile
     names = [fitted.problem.parameters[index].name for index in places]
     if len(names) < 2:
         return Profiles(single=tuple(single), pair=None)
-    if set(_PAIR) <= set(names):
-        first, second = (fitted.problem.unknowns.index(name) for name in _PAIR)
+    if {"k_i", "n"} <= set(names):
+        first, second = (fitted.problem.unknowns.index(name) for name in ("k_i", "n"))
     else:
         correlation = np.abs(np.triu(spread.correlation(places), 1))
         first, second = (int(places[i]) for i in np.unravel_index(int(np.argmax(correlation)), correlation.shape))
@@ -51,18 +40,18 @@ def profiles(fitted: Fitted, spread: Uncertainty, progress: Progress) -> Profile
 
 
 def _profile(fitted: Fitted, spread: Uncertainty, index: int) -> LikelihoodProfile:
-    """Profile of one parameter."""
-    shifts = np.linspace(-_REACH, _REACH, _POINTS) * spread.stderr[index]
+    """Profile of one parameter, over three standard errors to either side."""
+    shifts = np.linspace(-3.0, 3.0, 13) * spread.stderr[index]
     rise = tuple(profile_rise(fitted, {index: float(shift)}, steps=2) for shift in shifts)
     values = tuple(_physical(fitted, index, shift) for shift in shifts)
     return LikelihoodProfile(name=fitted.problem.parameters[index].name, values=values, rise=rise)
 
 
 def _map(fitted: Fitted, spread: Uncertainty, pair: tuple[int, int], progress: Progress) -> ProfileMap:
-    """Map of two parameters, along the axes of their ellipse."""
+    """Map of two parameters, along the axes of their ellipse, over 3.2 standard errors to either side."""
     first, second = (fitted.problem.parameters[index].name for index in pair)
     root = np.linalg.cholesky(spread.covariance[np.ix_(pair, pair)])
-    steps, rows = np.linspace(-_MAP_REACH, _MAP_REACH, _MAP_POINTS), []
+    steps, rows = np.linspace(-3.2, 3.2, 9), []
     for number, one in enumerate(steps, start=1):
         progress(f"likelihood map of {first} and {second}: row {number} of {len(steps)}")
         cells = []
@@ -91,16 +80,16 @@ def posterior_sample(fitted: Fitted, spread: Uncertainty, draws: int, *, seed: i
         raise InputError(
             "there is no posterior to sample: no parameter is estimated, identifiable and off its bounds; leave the posterior out"
         )
-    rng, count = np.random.default_rng(seed), len(known)
+    rng, count, tails = np.random.default_rng(seed), len(known), 7.0  # degrees of freedom of the t distribution
     root = np.linalg.cholesky(spread.covariance[np.ix_(known, known)])
-    z = rng.standard_normal((draws, count)) / np.sqrt(rng.chisquare(_TAILS, (draws, 1)) / _TAILS)
-    log_proposal = -0.5 * (_TAILS + count) * np.log1p((z**2).sum(axis=1) / _TAILS)
+    z = rng.standard_normal((draws, count)) / np.sqrt(rng.chisquare(tails, (draws, 1)) / tails)
+    log_proposal = -0.5 * (tails + count) * np.log1p((z**2).sum(axis=1) / tails)
     mode = fitted.at.shared / fitted.problem.border.shared_scale
     internal = np.broadcast_to(mode, (draws, len(mode))).copy()
     internal[:, known] += z @ root.T
     log_density = np.zeros(draws)
     for number, one in enumerate(internal):
-        if number % _EVERY == 0:
+        if number % 20 == 0:  # draws between two lines
             progress(f"sampling the posterior: {number} of {draws} draws")
         log_density[number] = log_posterior(fitted, one)
     parameters = [fitted.problem.parameters[place] for place in known]
@@ -121,7 +110,7 @@ def log_posterior(fitted: Fitted, internal: np.ndarray) -> float:
         return -np.inf
     held = dataclasses.replace(problem, border=dataclasses.replace(border, shared=np.zeros(len(shared), bool)))
     try:
-        there = settled(held, dataclasses.replace(fitted.at, shared=shared), fitted.variances, steps=_STEPS)
+        there = settled(held, dataclasses.replace(fitted.at, shared=shared), fitted.variances, steps=2)
     except np.linalg.LinAlgError:
         return -np.inf
     prior = float(np.sum(border.shared_precision * (shared - border.shared_mean) ** 2))

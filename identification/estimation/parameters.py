@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.special import chdtrc, chdtri, ndtri
+from scipy.special import chdtrc, ndtri
 
 from identification.result.evidence import Disagreement, Unrest, chance_of_force
 from identification.result.result import AT_BOUND, FIXED, NOT_IDENTIFIABLE, OK, ParameterEstimate, Quantity, SensorError
@@ -23,17 +23,14 @@ DERIVED = {"k": "N/m", "c": "N s/m"}
 FORCE_BY_CHANCE = 1e-4
 """Probability that noise alone gives the random force that a fit reports."""
 _SIGMAS_95 = float(ndtri(0.975))
-_CHI2_95 = float(chdtri(1, 0.05))
 _NULL = 1e-11
 """Eigenvalue of the scaled information below which a direction is not identifiable."""
-_WIDEST = 1.0
-"""Standard error in the coordinate of the fit (a factor of e) above which a parameter is not identifiable."""
+IDENTIFIED = 1.0
+"""Standard error in the coordinate of the fit (a factor of e) up to which records say something of a parameter."""
 _WEAK = 0.1
 """The same above which an interval follows the likelihood: a tenth, where a logarithm is no longer linear."""
 _WIDE = 10.0
 """Prior standard deviation of a parameter within a single record, in the coordinate of the fit."""
-_STEP = 0.15
-"""Step of the logarithms of size and correlation time for second differences."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -86,7 +83,7 @@ def uncertainty(fitted: Fitted) -> Uncertainty:
     identifiable[chosen[loose]] = False
     if not weighable(fitted.problem.experiment) and "m" in (names := [p.name for p in fitted.problem.parameters]):
         identifiable[names.index("m")] = False
-    identifiable &= np.sqrt(np.maximum(np.diag(covariance), 0.0)) <= _WIDEST
+    identifiable &= np.sqrt(np.maximum(np.diag(covariance), 0.0)) <= IDENTIFIED
     return Uncertainty(covariance=covariance, identifiable=identifiable, at_bound=at_bound)
 
 
@@ -143,9 +140,9 @@ def _by_profile(fitted: Fitted, index: int, internal: float, sigma: float) -> tu
         reach = _SIGMAS_95 * sigma
         for _ in range(4):
             rise = profile_rise(fitted, {index: side * reach})
-            if not np.isfinite(rise) or rise <= 0 or abs(rise / _CHI2_95 - 1.0) < 0.1:
+            if not np.isfinite(rise) or rise <= 0 or abs(rise / _SIGMAS_95**2 - 1.0) < 0.1:
                 break
-            reach *= float(np.clip(np.sqrt(_CHI2_95 / rise), 0.3, 2.0))
+            reach *= float(np.clip(_SIGMAS_95 / np.sqrt(rise), 0.3, 2.0))
         ends.append(internal + side * reach)
     return ends[0], ends[1]
 
@@ -224,7 +221,7 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     modelled = set(variations(problem))
     found = []
     for index, p in enumerate(problem.parameters):
-        known = np.flatnonzero(sigma[:, index] < _WIDEST)
+        known = np.flatnonzero(sigma[:, index] < IDENTIFIED)
         if len(known) < 2 or not problem.border.shared[index]:
             continue
         weight, moved = sigma[known, index] ** -2.0, shift[known, index]
@@ -288,15 +285,15 @@ def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:
 
 def _force_errors(fitted: Fitted) -> tuple[float | None, float | None]:
     """Standard errors of size and correlation time, from the curvature of the restricted likelihood in their logarithms."""
-    force = fitted.variances.force
+    force, step = fitted.variances.force, 0.15  # of the logarithms, in second differences
 
     def at(size: int, memory: int) -> float:
-        return deviance(fitted, RandomForce(std=force.std * np.exp(_STEP * size), memory=force.memory * np.exp(_STEP * memory)))
+        return deviance(fitted, RandomForce(std=force.std * np.exp(step * size), memory=force.memory * np.exp(step * memory)))
 
     middle = at(0, 0)
     a, b = at(1, 0) + at(-1, 0) - 2 * middle, at(0, 1) + at(0, -1) - 2 * middle
     c = (at(1, 1) + at(-1, -1) - at(1, -1) - at(-1, 1)) / 4
-    information = np.array([[a, c], [c, b]]) / (2.0 * _STEP**2)
+    information = np.array([[a, c], [c, b]]) / (2.0 * step**2)
     if not np.all(np.linalg.eigvalsh(information) > 0):
         return None, None
     size, memory = np.sqrt(np.diag(np.linalg.inv(information)))

@@ -32,10 +32,8 @@ from vibrojax.compiling import soon_compiled
 
 PERIODS = 4.0
 """Length of a stretch with impacts: some impacts, over which an error of the state grows without taking the motion elsewhere."""
-_PIECES_A_PERIOD = 4.0
-"""Pieces of a stretch that are integrated one after the other, in a period."""
-_LANES = 64
-"""Pieces that are integrated side by side."""
+LANES = 64
+"""Motions that are integrated side by side."""
 
 
 class Free(NamedTuple):
@@ -64,7 +62,7 @@ def pieces_of(problem: Problem, at: Estimate) -> tuple[Chains, int]:
     """
     slowest = min((one for record in problem.experiment.records if (one := frequency(problem, at, record)) > 0), default=0.0)
     duration = float(np.median(problem.chains.duration))
-    wanted = 1.0 / (_PIECES_A_PERIOD * slowest * duration) if slowest > 0 else 16.0
+    wanted = 1.0 / (4.0 * slowest * duration) if slowest > 0 else 16.0  # four pieces a period
     segments = 2 ** max(0, round(np.log2(wanted)))
     return chains_of(problem.experiment.records, problem.chains.samples * segments, rest=problem.rest), segments
 
@@ -91,19 +89,19 @@ def free_motion(
         running &= step < count
         for index, group in enumerate(pieces.groups):
             mine = np.array([run for run in np.flatnonzero(running) if where[int(begin[run]) + step][0] == index], int)
-            for first in range(0, len(mine), _LANES):
-                runs = np.resize(mine[first : first + _LANES], _LANES)
+            for first in range(0, len(mine), LANES):
+                runs = np.resize(mine[first : first + LANES], LANES)
                 rows = np.array([where[int(begin[run]) + step][1] for run in runs])
                 chunk = jax.tree.map(lambda leaf, rows=rows: leaf[rows], group)
-                nothing = np.zeros((_LANES, 0, 0))
+                nothing = np.zeros((LANES, 0, 0))
                 chunk = dataclasses.replace(chunk, measured=nothing, weight=nothing, channels=EVERY_CHANNEL)
                 vectors = np.concatenate(
-                    [current[runs], np.zeros((_LANES, 2)), np.broadcast_to(at.shared, (_LANES, len(at.shared))), at.own[chunk.record]],
+                    [current[runs], np.zeros((LANES, 2)), np.broadcast_to(at.shared, (LANES, len(at.shared))), at.own[chunk.record]],
                     axis=1,
                 )
                 found = _free(model, problem.unknowns, homes(model, problem.chains.files), problem.integrator, chunk, vectors)
                 value, u, v, in_contact, done = jax.tree.map(np.asarray, found)
-                for lane, run in enumerate(mine[first : first + _LANES]):
+                for lane, run in enumerate(mine[first : first + LANES]):
                     current[run], running[run] = value.end[lane], running[run] and done[lane]
                     if done[lane]:
                         yield Free(int(run), int(begin[run]) + step, value.readings[lane], u[lane], v[lane], in_contact[lane])

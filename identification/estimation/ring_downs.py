@@ -13,6 +13,7 @@ from scipy.optimize import root_scalar
 from identification.estimation.simulate import system_in, without_faults
 from identification.experiment import Experiment, Record
 from identification.experiment.samples import runs_of
+from identification.experiment.settings import UNDRIVEN
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
 from vibrojax.compiling import soon_compiled
@@ -20,16 +21,6 @@ from vibrojax.integrate import SUCCESS, Landing, Trajectory
 from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.system import System
-
-_KINDS = ("drop-test", "free-decay")
-"""Records in which nothing drives the hammer."""
-_PADDED_TO = 1024
-"""Samples of a simulated flight are padded to a multiple of this, so that records share a compiled program."""
-_STEPS_PER_PERIOD, _STEPS_PER_OWN_PERIOD, _CONTACT_STEPS = 60.0, 24.0, 60.0
-_NUDGE = 1e-4
-"""Second start of the search for the place of rest, m."""
-_MARGIN = 2
-"""Samples beside a contact that count as contact."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -61,7 +52,7 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
         u = measured_displacement(fit)
         if experiment.suspension.kind == "free":
             left_out[fit.file] = "without a spring nothing vibrates"
-        elif fit.kind not in _KINDS:
+        elif fit.kind not in UNDRIVEN:
             left_out[fit.file] = "driven throughout, so that nothing decays"
         elif u is None:
             left_out[fit.file] = "its displacement was not recorded"
@@ -71,7 +62,7 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
             if not able:
                 left_out[fit.file] = "no swing out and back, between impacts, that its samples resolve"
     longest = max((len(one.u) for one in flights), default=0)
-    padded = longest + -longest % _PADDED_TO
+    padded = longest + -longest % 1024  # samples, so that records share a compiled program
     simulated = {
         name: _by_record([(one, _simulated(model, one, padded), rest_place(model, one.record)) for one in flights], frequency)
         for name, model in models.items()
@@ -111,7 +102,7 @@ def _flights(experiment: Experiment, fit: RecordFit, u: np.ndarray, model: Model
     known = np.isfinite(fit.relative_displacement) & np.isfinite(fit.relative_velocity)
     level = float(np.median((read - fit.relative_displacement)[known])) if read is not None and known.any() else 0.0
     level += rest_place(model, record)
-    near = np.convolve(fit.in_contact, np.ones(2 * _MARGIN + 1), mode="same") > 0.5
+    near = np.convolve(fit.in_contact, np.ones(5), mode="same") > 0.5  # two samples beside a contact belong to it
     for first, end in zip(*(edges.tolist() for edges in runs_of(known & ~near)), strict=True):
         part, returns = slice(first, end), end < len(near) and bool(near[end])
         yield _Flight(record=record, fit=fit, part=part, u=u[part], noise=noise, level=level, returns=returns)
@@ -124,7 +115,7 @@ def rest_place(model: Model, record: Record) -> float:
     def acceleration(u: float) -> float:
         return float(_at_rest(system, np.asarray(u)))
 
-    found = root_scalar(acceleration, x0=0.0, x1=_NUDGE, method="secant") if acceleration(0.0) != 0.0 else None
+    found = root_scalar(acceleration, x0=0.0, x1=1e-4, method="secant") if acceleration(0.0) != 0.0 else None  # m
     return float(found.root) if found is not None and found.converged else 0.0
 
 
@@ -152,11 +143,11 @@ def _simulated(model: Model, one: _Flight, padded: int) -> np.ndarray:
 
 def _integrator(model: Model, duration: float) -> Landing:
     """Steps for the fastest vibration of the suspension and of the effects."""
-    f_n = float(model.values().get("f_n", 0.0))
-    flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
-    steps = 2.0 * duration * (1.0 / flight + 2.0 * f_n * _CONTACT_STEPS)
+    f_n, contact_steps = float(model.values().get("f_n", 0.0)), 60.0
+    flight = float(flight_step(model.effects, max(f_n, 1.0 / duration), a_period=60.0, an_own_period=24.0))
+    steps = 2.0 * duration * (1.0 / flight + 2.0 * f_n * contact_steps)
     return Landing(
-        contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)),
+        contact_steps=jax.device_put(np.asarray(contact_steps)),
         flight_step=jax.device_put(np.asarray(flight)),
         most_steps=1024 * math.ceil(steps / 1024 + 1),
     )

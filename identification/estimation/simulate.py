@@ -17,10 +17,6 @@ from vibrojax.integrate.landing import flight_step
 from vibrojax.model import Model
 from vibrojax.system import System
 
-_CONTACT_STEPS = 100.0
-_STEPS_PER_PERIOD, _STEPS_PER_OWN_PERIOD = 200.0, 24.0
-"""Of suspension and drive; and of an effect's own vibration."""
-
 
 def simulate_record(model: Model, record: Record, *, as_recorded: bool = False) -> dict[str, np.ndarray]:
     """Simulate one record: `time` and every model channel, SI, each of shape (samples,).
@@ -54,13 +50,14 @@ def without_faults(model: Model) -> Model:
 def _integrator(model: Model, record: Record) -> Landing:
     """Integrator with steps for the fastest vibration, and capacity for an impact in every half cycle of it."""
     fastest = max(record.excitation_frequency or 0.0, float(model.values().get("f_n", 0.0)))
+    contact_steps, a_period = 100.0, 200.0
     duration, sampling = record.time[-1] - record.time[0], float(np.median(np.diff(record.time)))
-    flight = float(flight_step(model.effects, fastest, a_period=_STEPS_PER_PERIOD, an_own_period=_STEPS_PER_OWN_PERIOD))
-    flight = min(flight, duration / _STEPS_PER_PERIOD)
+    flight = float(flight_step(model.effects, fastest, a_period=a_period, an_own_period=24.0))
+    flight = min(flight, duration / a_period)
     if record.base == "measured" or record.kind == "forced":
         flight = min(flight, sampling)
-    steps = 2 * duration * (1 / flight + 2 * fastest * _CONTACT_STEPS) + 20 * _CONTACT_STEPS
-    return Landing(contact_steps=_CONTACT_STEPS, flight_step=flight, most_steps=math.ceil(steps))
+    steps = 2 * duration * (1 / flight + 2 * fastest * contact_steps) + 20 * contact_steps
+    return Landing(contact_steps=contact_steps, flight_step=flight, most_steps=math.ceil(steps))
 
 
 def _base(record: Record) -> tuple[float, float]:

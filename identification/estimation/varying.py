@@ -6,22 +6,15 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from identification.estimation.parameters import deviance, record_estimates
+from identification.estimation.parameters import IDENTIFIED, deviance, record_estimates
 from identification.trajectory.fit import Fitted, Progress, fit, settled
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import with_variation
 from identification.trajectory.segments import VARIATION
 from identification.trajectory.start import Problem
 
-_SWEEPS = 4
-_STEADY = 0.05
-"""Change of the logarithm of a standard deviation below which it has converged."""
-IDENTIFIED = 1.0
-"""Standard error of a parameter over its scale, in the coordinate of the fit, below which a record says something of it."""
 LOGS = (-7.0, 3.0)
 """Range of a standard deviation about the scatter of the records' own estimates, logarithms."""
-_NO_GAIN = 1e-3
-"""Standard deviation over that scatter that stands for none."""
 
 
 def with_variations(
@@ -39,10 +32,10 @@ def with_variations(
     progress(f"fitting {', '.join(std)} with a value for each record")
     problem = with_variation(fitted.problem, std)
     found, before = fit(problem, seed=seed, at=_carried(fitted, problem), begin=fitted.variances, both=False, progress=progress), dict(std)
-    for _ in range(_SWEEPS):
+    for _ in range(4):
         for name in [name for name, size in std.items() if size > 0.0]:
             std[name] = _likeliest(found, name, scatter, std)
-        if all(abs(np.log(max(std[n], 1e-300) / max(before[n], 1e-300))) < _STEADY for n in std):
+        if all(abs(np.log(max(std[n], 1e-300) / max(before[n], 1e-300))) < 0.05 for n in std):  # none changes
             break
         before = dict(std)
         found = _settled(found, std)
@@ -80,16 +73,16 @@ def _likeliest(fitted: Fitted, name: str, scatter: dict[str, float], std: dict[s
 
     The prior alone changes: with the chain's scale of a deviation kept, its normalisation 2 log std is added for each record.
     """
-    problem, border = fitted.problem, fitted.problem.border
+    problem, border, least = fitted.problem, fitted.problem.border, 1e-3  # over the scatter, which stands for none
 
     def cost(log_std: float) -> float:
         precision, spread = border.own_precision.copy(), 0.0
         for one, given in (std | {name: scatter[name] * float(np.exp(log_std))}).items():
-            size = max(given, _NO_GAIN * scatter[one])
+            size = max(given, least * scatter[one])
             precision[:, problem.unknowns.own.index(f"{VARIATION}{one}")] = size**-2.0
             spread += 2.0 * len(precision) * float(np.log(size))
         there = dataclasses.replace(problem, border=dataclasses.replace(border, own_precision=precision))
         return deviance(dataclasses.replace(fitted, problem=there), fitted.variances.force) + spread
 
     found = minimize_scalar(cost, bounds=LOGS, method="bounded", options={"xatol": 0.01})
-    return scatter[name] * float(np.exp(found.x)) if found.fun < cost(float(np.log(_NO_GAIN))) - 1e-6 else 0.0
+    return scatter[name] * float(np.exp(found.x)) if found.fun < cost(float(np.log(least))) - 1e-6 else 0.0

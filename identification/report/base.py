@@ -31,8 +31,6 @@ from vibrojax.drawing import style as drawing_style
 
 MOST = 8
 """Records with pictures of their own."""
-MANY = 400
-"""Marks of one kind from which on they are an image inside a PDF file."""
 DASHED = (0.0, (5.0, 2.0))
 DASHES = ("-", DASHED, (0.0, (1.0, 1.2)), (0.0, (6.0, 2.0, 1.0, 2.0)), (0.0, (3.0, 1.0)), "-")
 """Of several curves of one kind."""

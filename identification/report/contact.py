@@ -7,18 +7,13 @@ from jaxtyping import Float
 from scipy.signal import savgol_filter
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.report.base import DASHED, DASHES, MANY, PageStyle, Picture, drawn_records, grid_of, panels
+from identification.report.base import DASHED, DASHES, PageStyle, Picture, drawn_records, grid_of, panels
 from identification.result.rebounds import Rebound, rebounds
 from identification.result.result import FitResult, RecordFit, impacts, measured_displacement, strength
 from identification.wording.numbers import joined
 from vibrojax.drawing import few_ticks, literal
 
-_LOOPS, _MARKS = 4, "os^D"
 _FEWEST = 5  # contacts that make a picture of restitution
-_POINTS = 2500
-"""Samples of a record in the phase plane."""
-_WINDOW = 9
-"""Samples of the sliding parabola that turns the measured displacement into a velocity."""
 
 
 def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
@@ -29,9 +24,9 @@ def loops(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     if not found:
         return
     found.sort(key=lambda item: strength(*item))
-    chosen = [found[i] for i in np.unique(np.linspace(0, len(found) - 1, _LOOPS).round().astype(int))]
+    chosen = [found[i] for i in np.unique(np.linspace(0, len(found) - 1, 4).round().astype(int))]
     figure, ((axes,),) = panels((3.1,), edges=(0.72, 0.1, 0.45, 0.12))
-    for (record, impact), colour, mark, dashes in zip(chosen, style.series, _MARKS, DASHES, strict=False):
+    for (record, impact), colour, mark, dashes in zip(chosen, style.series, "os^D", DASHES, strict=False):
         part = slice(max(impact.first - 1, 0), impact.end + 1)
         measured, indentation = measured_displacement(record), record.relative_displacement - record.gap
         across = indentation if measured is None else measured - record.gap
@@ -106,14 +101,15 @@ def _restitution(measured: Sequence[Rebound], models: dict[str, list[Rebound]], 
 
 def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """Velocity against displacement of the hammer in the cart, measured and model; one picture, a panel a record."""
-    records = [record for _, record in drawn_records(result)]
+    records, most, window = [record for _, record in drawn_records(result)], 2500, 9  # samples shown, and of a sliding parabola
     figure, grid, drawn = grid_of(len(records), 1.75, min(len(records), 2), gap=(0.65, 0.7))
     for axes, record in zip(drawn, records, strict=True):
-        shown, u, interval = slice(0, _POINTS), measured_displacement(record), float(np.median(np.diff(record.time)))
-        if u is not None and len(u) > _WINDOW:
-            slope = np.asarray(savgol_filter(u, _WINDOW, 2, deriv=1, delta=interval, mode="nearest"))[shown]
-            slope[: _WINDOW // 2] = np.nan  # nothing lies before the first sample
-            axes.plot(1e3 * u[shown], slope, ".", color=style.measured, markersize=1.5, rasterized=len(slope) > MANY)
+        shown, u, interval = slice(0, most), measured_displacement(record), float(np.median(np.diff(record.time)))
+        if u is not None and len(u) > window:
+            slope = np.asarray(savgol_filter(u, window, 2, deriv=1, delta=interval, mode="nearest"))[shown]
+            slope[: window // 2] = np.nan  # nothing lies before the first sample
+            many = len(slope) > 400  # an image inside a PDF
+            axes.plot(1e3 * u[shown], slope, ".", color=style.measured, markersize=1.5, rasterized=many)
         axes.plot(1e3 * record.relative_displacement[shown], record.relative_velocity[shown], color=style.model, linewidth=0.7)
         axes.axvline(1e3 * record.gap, color="black", linewidth=0.8, linestyle=DASHED)
         axes.set_title(literal(f"{record.file} ({record.kind})"), pad=4)
@@ -125,7 +121,7 @@ def phase_plane(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         name="phase-plane",
         section="contact",
         caption="Phase plane of the hammer relative to the cart: measured displacement and its slope (dots), model (line), stop (dashed)."
-        f" At most the first {_POINTS} samples of each record.",
+        f" At most the first {most} samples of each record.",
         alt="Velocity against displacement of the hammer relative to the cart, measured and model, one panel for each of "
         f"{', '.join(record.file for record in records)}.",
         figure=figure,

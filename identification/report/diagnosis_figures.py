@@ -26,13 +26,6 @@ from vibrojax.drawing import envelope, few_ticks, literal
 from vibrojax.excitation import Unforced, at_rest
 from vibrojax.model import Model
 
-_PERIODS, _FEWEST = 3.0, 60
-"""Length of a stretch of a record: periods, and samples at least."""
-_IN_FLIGHT = ("displacement", "velocity", "indentation")
-"""Coordinates of a profile against which the models' forces can be set."""
-_SAMPLES_IN_FLIGHT = 8000
-"""At which these forces are evaluated, whatever the records: compiled once."""
-
 
 def missing(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Picture]:
     """What is missing against its best coordinate, with the force of the augmented model's effects; one picture."""
@@ -128,7 +121,7 @@ def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     Where the profile turns with the motion, that while u' > 0 and the opposite of that while u' < 0.
     """
     phase = diagnosis.location.phase if diagnosis.location is not None else ""
-    if profile.quantity != "force" or profile.coordinate not in _IN_FLIGHT or phase == "contact":
+    if profile.quantity != "force" or profile.coordinate not in ("displacement", "velocity", "indentation") or phase == "contact":
         return None
     force = flight_force(diagnosis.augmented.records, diagnosis.model)
     if force is None:
@@ -158,7 +151,7 @@ def flight_force(records: Sequence[RecordFit], model: Model) -> dict[str, np.nda
     samples = np.concatenate(parts, axis=1)
     if not samples.shape[1]:
         return None
-    t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, _SAMPLES_IN_FLIGHT).round().astype(int)]
+    t, u, v, gap = samples[:, np.linspace(0, samples.shape[1] - 1, 8000).round().astype(int)]  # whatever the records: compiled once
     models = tuple(one.as_arrays() for one in (model, dataclasses.replace(model, effects=())))
     whole, without = map(np.asarray, _forces(models, *map(jnp.asarray, (t, u, v, gap))))
     if np.abs(whole - without).max() == 0.0:
@@ -251,8 +244,8 @@ def _stretch(diagnosis: Diagnosis, number: int, before: RecordFit, after: Record
         channel = where.channel
     gain, read = gains[channel], recorded(before, diagnosis.experiment)
     frequency = (read.excitation_frequency if read is not None else None) or float(diagnosis.nominal_model.values().get("f_n", 0.0))
-    period = 1.0 / (frequency * float(np.median(np.diff(before.time)))) if frequency > 0 else len(before.time) / 10.0 / _PERIODS
-    length = min(max(int(_PERIODS * period), _FEWEST), len(before.time))
+    period = 1.0 / (frequency * float(np.median(np.diff(before.time)))) if frequency > 0 else len(before.time) / 10.0 / 3.0
+    length = min(max(int(3.0 * period), 60), len(before.time))  # three periods, and sixty samples at least
     sums = np.concatenate([[0.0], np.cumsum(gain)])
     first = int(np.argmax(sums[length:] - sums[:-length]))
     if where is not None and where.time is not None and where.record in (None, before.file):

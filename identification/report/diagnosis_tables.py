@@ -19,9 +19,6 @@ from vibrojax.channels import CHANNELS
 from vibrojax.effects import EFFECTS
 from vibrojax.model import MASS
 
-_BESIDE_ONE_MODEL, _ON_SCREEN = 12, 6
-"""Candidates that are shown at most: beside one model on the page, and in a terminal."""
-
 
 def diagnosis_summary(diagnosis: Diagnosis) -> Group:
     """Everything a reader wants on one screen after a diagnosis: the verdict, parameters before and after, and what else was considered."""
@@ -31,8 +28,8 @@ def diagnosis_summary(diagnosis: Diagnosis) -> Group:
     misfits = [f"{name} {' -> '.join(map(compact, values[:-1]))}" for name, *values in errors(diagnosis).rows]
     blocks: list[RenderableType] = [verdict, *_effects(diagnosis), Text("; ".join(misfits)), changes(diagnosis).for_terminal()]
     blocks += [reading_errors(diagnosis.reading_error, diagnosis.experiment).for_terminal(), Text(readings(diagnosis))]
-    blocks += [candidates(diagnosis, listed[:_ON_SCREEN]).for_terminal()] if listed else []
-    blocks += [Text(f"  {len(listed) - _ON_SCREEN} more in the report")] if len(listed) > _ON_SCREEN else []
+    blocks += [candidates(diagnosis, listed[:6]).for_terminal()] if listed else []
+    blocks += [Text(f"  {len(listed) - 6} more in the report")] if len(listed) > 6 else []
     blocks += [Text(f"next: {diagnosis.next_experiment}")] if diagnosis.next_experiment else []
     blocks += [Text(notice) for notice in notices(diagnosis)]
     return Group(*blocks, *(Text(f"warning: {warning}", style="bold") for warning in warnings(diagnosis)))
@@ -260,7 +257,7 @@ def strongest(diagnosis: Diagnosis) -> tuple[Considered, ...]:
     if diagnosis.is_complete:
         return tuple(sorted(diagnosis.considered, key=lambda one: one.chance))
     models = itertools.groupby(diagnosis.considered, lambda one: one.beside)
-    return tuple(one for _, beside in models for one in itertools.islice(beside, _BESIDE_ONE_MODEL))
+    return tuple(one for _, beside in models for one in itertools.islice(beside, 12))
 
 
 def candidates(diagnosis: Diagnosis, shown: Sequence[Considered]) -> Table:

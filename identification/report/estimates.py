@@ -15,8 +15,6 @@ from vibrojax.drawing import few_ticks
 
 _LEVEL = float(chdtri(1, 0.05))
 _PAIR_LEVELS = {"68 %": float(chdtri(2, 0.32)), "95 %": float(chdtri(2, 0.05))}
-_MARKS = 1500
-"""Most draws that are marked in a panel of a pair."""
 
 
 def likelihood_profiles(result: FitResult, style: PageStyle) -> Iterator[Picture]:
@@ -105,7 +103,7 @@ def posterior(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     if result.posterior is None:
         return
     draws, found = result.posterior.pooled, [result.named[name] for name in result.posterior.names]
-    count, few = len(found), draws[:: max(1, len(draws) // _MARKS)]
+    count, few = len(found), draws[:: max(1, len(draws) // 1500)]
     figure, grid = panels((1.05,) * count, count, gap=(0.1, 0.1), width=1.0 + 1.15 * count)
     for (row, column), axes in np.ndenumerate(grid):
         axes.tick_params(labelsize=6, labelbottom=row == count - 1, labelleft=column == 0 < row)

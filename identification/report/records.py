@@ -13,9 +13,6 @@ from identification.wording.names import label, spoken
 from identification.wording.numbers import joined, significant
 from vibrojax.drawing import envelope, few_ticks
 
-_LAGS = 40
-_SIGMAS = 6.0
-
 
 def overlay(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     """Every channel of a record from beginning to end, the residual in standard deviations below; one picture a record."""
@@ -93,7 +90,7 @@ def residuals(result: FitResult, style: PageStyle) -> Iterator[Picture]:
     if not by_channel:
         return
     figure, ((left, right),) = panels((2.0,), 2, gap=(0.0, 0.8), edges=(0.72, 0.1, 0.45, 0.6))
-    across = np.linspace(0.0, _SIGMAS, 121)
+    across, lags = np.linspace(0.0, 6.0, 121), 40
     left.plot(across, 2 * ndtr(-across), color="#c4c4c4", linewidth=5, label="noise alone")
     samples = 1
     for (channel, series), colour, dashes in zip(by_channel.items(), style.series * 2, DASHES * 2, strict=False):
@@ -102,11 +99,11 @@ def residuals(result: FitResult, style: PageStyle) -> Iterator[Picture]:
         samples = max(samples, len(pooled))
         beyond = 1.0 - np.searchsorted(pooled, across, side="right") / max(len(pooled), 1)
         left.plot(across, np.where(beyond > 0, beyond, np.nan), color=colour, linestyle=dashes, linewidth=1.3, label=spoken(channel))
-        right.plot(np.arange(1, _LAGS + 1), autocorrelation(series, _LAGS)[1:], color=colour, linestyle=dashes, linewidth=1.3)
+        right.plot(np.arange(1, lags + 1), autocorrelation(series, lags)[1:], color=colour, linestyle=dashes, linewidth=1.3)
     left.set_yscale("log")
     left.yaxis.set_minor_locator(NullLocator())
     left.set_ylim(max(0.3 / samples, 1e-7), 1.5)
-    left.set_xlim(0, _SIGMAS)
+    left.set_xlim(0, across[-1])
     left.set_xlabel("|r| (σ)")
     left.set_ylabel("share of residuals beyond")
     right.axhspan(-1.96 / samples**0.5, 1.96 / samples**0.5, color="#c4c4c4", linewidth=0)

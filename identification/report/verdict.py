@@ -16,8 +16,6 @@ from identification.wording.numbers import chance_text, joined, percent, signifi
 GOOD, PARTLY, POOR = "good", "partly", "poor"
 _COLOUR, _VARIANCE = 0.15, 0.1
 """One-step errors are called white with correlations up to this, and a variance as near to 1, beyond four standard errors."""
-_INSEPARABLE = 0.99
-"""Correlation above which a pair of parameters is said to be determined only together."""
 RUN_MODEL = "model.json holds {which}; `vibrojax simulate` runs it for any experiment with the same rig."
 
 
@@ -213,5 +211,5 @@ def _inseparable(result: FitResult) -> list[str]:
         f"{symbols[first]} and {symbols[second]}"
         for i, first in enumerate(result.correlated)
         for j, second in enumerate(result.correlated[:i])
-        if {first, second} <= law and np.abs(result.correlation[i, j]) > _INSEPARABLE
+        if {first, second} <= law and np.abs(result.correlation[i, j]) > 0.99
     ]

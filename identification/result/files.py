@@ -22,9 +22,6 @@ from identification.result.store import Variables, dataset, from_plain, to_plain
 from vibrojax.json_file import Table, read_json, write_json
 from vibrojax.model_file import model_document
 
-SCHEMA = 1
-VERSIONS_OF = ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class StoredFit:
@@ -80,8 +77,9 @@ def provenance(result: FitResult) -> dict[str, Any]:
 def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) -> dict[str, Any]:
     """Where results come from: versions, sha256 of every file that was read, more if given, wall time by stage in s."""
     hashes = {"experiment.toml": experiment.sha256} | {record.file: record.sha256 for record in experiment.records}
-    versions = {"python": platform.python_version()} | dict.fromkeys(VERSIONS_OF)
-    for name in VERSIONS_OF:
+    versions: dict[str, str | None] = {"python": platform.python_version()}
+    for name in ("vibrojax", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy"):
+        versions[name] = None
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             versions[name] = importlib.metadata.version(name)
     return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
@@ -103,7 +101,7 @@ class Clock:
 def fit_json(result: FitResult) -> dict[str, Any]:
     """Fit result as plain data for `fit.json`, parameters by name in the order of the tables; what is not finite becomes None."""
     document = {
-        "schema": SCHEMA,
+        "schema": 1,
         "experiment": result.experiment.name,
         "law": result.model.law.name,
         "suspension": result.model.suspension.name,

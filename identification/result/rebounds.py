@@ -12,26 +12,8 @@ from vibrojax.contact import restitution
 from vibrojax.model import Model
 
 _SHOW_THE_HAMMER = ("relative_displacement", "hammer_displacement")
-_LONGEST = 0.05
-"""Longest flight used on either side of a contact, s: beyond it, a free support shows its own vibration."""
-_OF_PERIOD = 0.25
-"""Longest flight used, over the period of the suspension."""
-_MARGIN = 0.25
-"""Margin on either side, over the contact's duration, since the fitted motion may touch slightly early or late."""
 _FEWEST = 6
 """Fewest samples for a speed and its standard error."""
-_VAGUE = 0.1
-"""Standard error above which a contact does not identify its restitution."""
-_GRAZES = 0.5
-"""Smallest fitted approach speed, over the measured one, at which the fitted motion represents the impact."""
-_SUDDEN = 10.0
-"""Ratio of a velocity step to its neighbours above which it counts as a rebound."""
-_MOST_ALIKE = 0.9
-"""Largest correlation between neighbouring samples that is used."""
-_TURNS = 100
-"""Approximate number of candidate instants that separate the flights beside a rebound from a rigid stop."""
-_LEAST_CHI2_DECREASE = 16.0
-"""Decrease of chi-square above which such an instant is better than the fitted one: above the maximum over all candidates due to noise."""
 _TINY = np.finfo(float).tiny
 
 
@@ -68,7 +50,8 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
         downhill = float(model.load.force(model.mass) / model.mass)
         return _by_law([one for record in let_go for one in _of_record(record, flight, downhill)], model)
     found = [one for record in let_go for one in _of_record(record, flight)]
-    return [one for one in found if one.fitted_speed > _GRAZES * one.approach_speed and np.isfinite(one.fitted)]
+    touching = [one for one in found if one.fitted_speed > 0.5 * one.approach_speed]  # a slower fitted motion is of another impact
+    return [one for one in touching if np.isfinite(one.fitted)]
 
 
 def _is_free(model: Model) -> bool:
@@ -98,7 +81,8 @@ class _Flight:
     @property
     def reach(self) -> float:
         """Length of flight used on either side of a contact, s."""
-        return min(_LONGEST, _OF_PERIOD * 2.0 * np.pi / self.omega) if self.omega > 0 else _LONGEST
+        longest = 0.05  # s: beyond it, a free support shows its own vibration
+        return min(longest, 0.5 * np.pi / self.omega) if self.omega > 0 else longest  # a quarter of the suspension's period
 
     def velocity(self, since: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]) -> tuple[float, float] | None:
         """Velocity at time zero, m/s, of the free vibration fitted to some samples, with its standard error; None for too few samples.
@@ -130,7 +114,7 @@ class _Flight:
 
 def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
     """Effective share of independent samples, from the lag-1 autocorrelation of the residuals."""
-    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), _MOST_ALIKE)
+    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), 0.9)  # more alike is no scatter
     return (1.0 - alike) / (1.0 + alike)
 
 
@@ -164,7 +148,7 @@ def _of_record(record: RecordFit, flight: _Flight, downhill: float | None = None
     ends = [0, *(impact.end for impact in found)]
     begins = [*(impact.first for impact in found[1:]), len(course.over)]
     read = [_read(record, course, flight, *one) for one in zip(found, ends, begins, strict=False)]
-    return [one for one in read if one is not None and one.stderr < _VAGUE]
+    return [one for one in read if one is not None and one.stderr < 0.1]  # a vaguer one says nothing
 
 
 def _contacts(record: RecordFit) -> list[Impact]:
@@ -172,13 +156,13 @@ def _contacts(record: RecordFit) -> list[Impact]:
     v = record.relative_velocity
     turn = -np.diff(v) * (np.diff(record.window) == 0)
     beside = np.maximum(np.pad(turn, (1, 0))[:-1], np.pad(turn, (0, 1))[1:])
-    sudden = (v[:-1] > 0.0) & (v[1:] < 0.0) & (turn > _SUDDEN * beside)
+    sudden = (v[:-1] > 0.0) & (v[1:] < 0.0) & (turn > 10.0 * beside)  # steps of the velocity beside a rebound are smaller
     return merged([*impacts(record), *(Impact(first=int(at), end=int(at)) for at in np.flatnonzero(sudden) + 1)])
 
 
 def _read(record: RecordFit, course: _Course, flight: _Flight, impact: Impact, end: int, begin: int) -> Rebound | None:
     """Rebound of one contact between the `end` of the previous one and the `begin` of the next; None where flight is too short."""
-    samples, margin = np.arange(len(record.time)), 1 + int(_MARGIN * (impact.end - impact.first))
+    samples, margin = np.arange(len(record.time)), 1 + int(0.25 * (impact.end - impact.first))  # the fitted motion may touch early or late
     touch, release = max(impact.first - 1, 0), min(impact.end, len(samples) - 1)  # last sample before and first after the contact
     comes = (samples >= end + margin) & (samples <= touch - margin) & (record.time >= record.time[touch] - flight.reach)
     leaves = (samples >= release + margin) & (samples < begin - margin) & (record.time <= record.time[release] + flight.reach)
@@ -216,7 +200,7 @@ def _beside_the_turn(
     flight of its own; and a hammer that is not rigid may vibrate for a while after a rebound.
     """
     samples, place = np.arange(len(record.time)), np.flatnonzero((comes | leaves) & np.isfinite(course.over))
-    since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // _TURNS
+    since, over, step = record.time[place] - record.time[fitted], course.over[place], 1 + len(place) // 100  # about so many instants
 
     def scatter(turn: int) -> np.ndarray:
         parts = np.split(np.arange(len(place)), np.searchsorted(place, sorted({turn, fitted})))
@@ -226,6 +210,6 @@ def _beside_the_turn(
     left = {turn: scatter(turn) for turn in [fitted, *near]}
     turn = min(left, key=lambda one: left[one] @ left[one])
     drop = len(place) * _independent(left[turn]) * np.log((left[fitted] @ left[fitted] + _TINY) / (left[turn] @ left[turn] + _TINY))
-    if turn in (near[:1] + near[-1:]) or drop < _LEAST_CHI2_DECREASE:
+    if turn in (near[:1] + near[-1:]) or drop < 16.0:  # chi-square: above the largest drop over all instants due to noise
         turn = fitted
     return comes & (samples < turn - step), leaves & (samples >= turn + step)

@@ -11,7 +11,6 @@ from identification.result.result import FitResult
 from vibrojax.errors import InputError
 from vibrojax.model import MASS
 
-SCHEMA = 1
 ABSENT = "not stated"
 """Text in place of a value that the source holds but that has not been entered."""
 
@@ -101,8 +100,8 @@ def read_reference(path: Path) -> Reference:
         table = Table(values=values, where=path.name)
         table.allow("schema", "title", "value")
         _check_shown(values, path.name)
-        if table.needed_number("schema", unit="") != SCHEMA:
-            raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected {SCHEMA}")
+        if table.needed_number("schema", unit="") != 1:
+            raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected 1")
         title = table.needed_string("title")
         rows = values.get("value")
         if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):

@@ -314,10 +314,6 @@ class FitResult:
         return {one.spec.name: one for one in self.parameters}
 
 
-_MERGED = 3
-"""Samples out of contact that do not separate two impacts."""
-
-
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Impact:
     """One contact of the fitted motion: samples `first` up to and without `end`."""
@@ -347,10 +343,10 @@ def impacts(record: RecordFit) -> list[Impact]:
 
 
 def merged(parts: Iterable[Impact]) -> list[Impact]:
-    """Contacts in order of time; those separated by a few samples at most become one."""
+    """Contacts in order of time; those separated by three samples at most become one."""
     found: list[Impact] = []
     for one in sorted(parts, key=lambda part: part.first):
-        if found and one.first - found[-1].end <= _MERGED:
+        if found and one.first - found[-1].end <= 3:
             found[-1] = dataclasses.replace(found[-1], end=max(one.end, found[-1].end))
         else:
             found.append(one)

@@ -8,16 +8,10 @@ from jaxtyping import Float, Int
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
-_POINTS = 24
-"""Points of one ring-down, at most: a longer one is read over several half cycles at a time."""
-_OF_HALF_CYCLE = 0.3
-"""Half width of the polynomial at a turning point, over the time from one turning point to the next."""
 _DEGREE = 4
 """Of the polynomial at a turning point: at +-54 degrees of a cosine it is off by 3e-5 of the amplitude at most."""
 _FEWEST = _DEGREE + 2
 """Samples at a turning point: one more than the polynomial has coefficients, so that they have a scatter."""
-_MISSED = 1.5
-"""Ratio of neighbouring half cycles above which a turning point between them was not recorded."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -70,7 +64,7 @@ def ring_down(file: str, time: Float[np.ndarray, " samples"], u: Float[np.ndarra
     if len(value) < 3:
         return None
     count = len(value) - 2
-    every = -(-count // _POINTS)
+    every = -(-count // 24)  # points at most: a longer one is read over several half cycles at a time
     first = np.arange(0, count - every + 1, every)
     swings = np.abs(np.diff(value))
     begin, end = swings[first], swings[first + every]
@@ -172,7 +166,7 @@ def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]
     rough, found = _alternating(u, noise), []
     half = np.diff(time[rough])
     for index, place in enumerate(rough if len(rough) > 2 else ()):
-        width = _OF_HALF_CYCLE * float(np.min(half[max(index - 1, 0) : index + 1]))
+        width = 0.3 * float(np.min(half[max(index - 1, 0) : index + 1]))  # of a half cycle, which a polynomial follows
         one = _polynomial(time, u, float(time[place]), width, noise)
         if one is None:
             break
@@ -181,7 +175,7 @@ def _turns(time: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"]
         return np.zeros((4, 0))
     turns = np.array(found).T
     half = np.diff(turns[0])
-    odd = np.flatnonzero((half[1:] > _MISSED * half[:-1]) | (half[:-1] > _MISSED * half[1:]))
+    odd = np.flatnonzero((half[1:] > 1.5 * half[:-1]) | (half[:-1] > 1.5 * half[1:]))  # a turning point between was not recorded
     return turns[:, : int(odd[0]) + 2 if len(odd) else None]
 
 

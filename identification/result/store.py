@@ -30,12 +30,9 @@ _SCHEMA = 8
 _CHECKSUM = "sha256"
 """Attribute: of the file's bytes, with zeros in its own place."""
 _NONE_YET = "0" * 64
-_NOT_FINITE = ("nan", "inf", "-inf")
 _DTYPES = {"float64": np.float64, "int64": np.int64, "bool": np.bool_}
 _STORED = {"float64": np.float64, "int64": np.int32, "bool": np.int8}
 """NetCDF 3 has neither booleans nor long integers."""
-_UNNAMED = ("result", "diagnosis", "location")
-"""Fields that the names of variables leave out."""
 
 Variables = dict[str, xr.Variable]
 
@@ -121,7 +118,7 @@ def from_plain(kind: Any, plain: Any, variables: Mapping[str, np.ndarray]) -> An
     if origin is frozenset:
         return frozenset(plain)
     if kind is float:
-        return float(plain) if not isinstance(plain, str) or plain in _NOT_FINITE else _refused(kind, plain)
+        return float(plain) if not isinstance(plain, str) or plain in ("nan", "inf", "-inf") else _refused(kind, plain)
     if kind is Path:
         return Path(plain)
     return plain if isinstance(kind, type) and isinstance(plain, kind) else _refused(kind, plain)
@@ -180,7 +177,8 @@ def read_stored(path: Path, kinds: Mapping[str, Callable[[dict[str, Any], dict[s
 def _field(owner: Any, field: dataclasses.Field[Any], variables: Variables, path: str) -> Any:
     """One field of a data class: its array or arrays as variables where it declares them, else its plain form."""
     value, declared = getattr(owner, field.name), field.metadata
-    name = _joined(path, "" if field.name in _UNNAMED else declared.get("name") or field.name)
+    unnamed = field.name in ("result", "diagnosis", "location")  # the names of variables leave these out
+    name = _joined(path, "" if unnamed else declared.get("name") or field.name)
     if "dimensions" not in declared:
         return to_plain(value, variables, name)
     if not isinstance(value, Mapping):

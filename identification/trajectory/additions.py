@@ -18,11 +18,6 @@ from identification.trajectory.start import Problem
 from identification.trajectory.step import moved
 from identification.trajectory.variances import Variances, annealed, coloured, reweighed
 
-_NO_GAIN = 1.0
-"""Fall of -2 log likelihood in a round, below which variances have been found."""
-_LEAST_INFORMATION = 1e-8
-"""Of columns once everything else has been eliminated, over that of the columns by themselves: less than that is rounding."""
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Score:
@@ -161,7 +156,7 @@ class Reduced:
             return None
         size = np.sqrt(np.maximum(np.diagonal((self.square[chosen] * both).sum(axis=0)), 1e-300))
         values, vectors = np.linalg.eigh(0.5 * (information + information.T) / np.outer(size, size))
-        fine = values > _LEAST_INFORMATION
+        fine = values > 1e-8  # what is left of the columns' information: less is rounding
         inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
         strengths = -inverse @ gradient
         return Score(
@@ -231,7 +226,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> Reestimate
                 at=dataclasses.replace(after, shared=after.shared[: len(after.shared) - count]),
             )
         )
-        if round_ and tried[-2].deviance - tried[-1].deviance < _NO_GAIN:
+        if round_ and tried[-2].deviance - tried[-1].deviance < 1.0:  # the variances have been found
             break
         if round_ < rounds:
             readings = coloured(problem, at, linear, local, force, rng, draws=2)

@@ -20,12 +20,6 @@ from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.start import Problem
 
-_ROUNDING = (0.0, 1e-14, 1e-13, 1e-12)
-"""Parts by which the diagonal of a Hessian is raised, one after the other, until its factor exists: a few times the rounding error."""
-_SMALLEST_EIGENVALUE = 1e-15
-"""Of an information matrix with a diagonal of one: a few times the rounding error."""
-_BEYOND = 1e-9
-"""By how much a step goes beyond a limit, in the natural scale."""
 _UNKNOWN = 1e8
 """Variance, in the natural scale, of what the records say nothing of."""
 
@@ -81,11 +75,12 @@ class Solution:
 
     def within(self, least: np.ndarray, most: np.ndarray) -> "Solution":
         """The best step with the shared unknowns between limits, scaled."""
-        if not np.any((self.shared < least - _BEYOND) | (self.shared > most + _BEYOND)):
+        rounding = 1e-9  # in the natural scale
+        if not np.any((self.shared < least - rounding) | (self.shared > most + rounding)):
             return self
         values, vectors = np.linalg.eigh(self.precision)
         root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-        step = np.clip(lsq_linear(root, root @ self.shared, (least - _BEYOND, most + _BEYOND), method="bvls").x, least, most)
+        step = np.clip(lsq_linear(root, root @ self.shared, (least - rounding, most + rounding), method="bvls").x, least, most)
         change = step - self.shared
         of_own = -self.own_by_shared @ change
         knots = self.by_shared @ change + (self.by_own * of_own[self._rows]).sum(axis=1)
@@ -284,11 +279,12 @@ def _initial_states(problem: Problem, at: Estimate, local: Weighed, force: Rando
 
 def _factorised(band: np.ndarray) -> np.ndarray:
     """Banded Cholesky factor of a Hessian; where rounding of large entries hides a small one, its diagonal is raised by a little more."""
-    for raised in _ROUNDING:
+    most = 1e-12
+    for raised in (0.0, 1e-14, 1e-13, most):  # a few times the rounding error
         try:
             return cholesky_banded(np.concatenate([band[:1] * (1.0 + raised), band[1:]]), lower=True, check_finite=False)
         except np.linalg.LinAlgError:
-            if raised == _ROUNDING[-1] or not np.all(np.isfinite(band)):
+            if raised == most or not np.all(np.isfinite(band)):
                 raise
     raise AssertionError
 
@@ -296,12 +292,12 @@ def _factorised(band: np.ndarray) -> np.ndarray:
 def _inverse(information: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
     """Inverse of an information matrix. Unknowns that it says nothing of get a variance of `_UNKNOWN`.
 
-    Its eigenvalues are those of the matrix scaled to a diagonal of one, and are not below `_SMALLEST_EIGENVALUE`.
+    Its eigenvalues are those of the matrix scaled to a diagonal of one, and are not below a few times the rounding error.
     """
     known = 0.5 * (information + information.T) + np.eye(len(information)) / _UNKNOWN
     size = np.sqrt(np.maximum(np.diag(known), 1.0 / _UNKNOWN))
     values, vectors = np.linalg.eigh(known / np.outer(size, size))
-    root = vectors / np.sqrt(np.maximum(values, _SMALLEST_EIGENVALUE)) / size[:, None]
+    root = vectors / np.sqrt(np.maximum(values, 1e-15)) / size[:, None]
     return root @ root.T
 
 

@@ -46,15 +46,8 @@ _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
 """The other end is at the place of the first with more than this part of its random force, and parameters within so many of its errors."""
-_ROUNDS, _LAST_ROUNDS = 24, 6
-"""Of steps with variances that move on a little, and of those with the likeliest ones; at most."""
-_PARTS = (0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
-"""Of each record, one after the other, by which one trajectory is fitted."""
-_SHORTEST_SHARE, _HARDLY = 1e-3, 0.01
-"""Least squares of whole records end where no such part of a step helps, or a step lowers the sum of squares by less than this, over the
-mean square."""
-_SOME_FORCE = 1e-3
-"""A random force, over the suspension's, from which a larger one than none is sought."""
+_ROUNDS = 24
+"""Of steps with variances that move on a little, at most."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -216,7 +209,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
 def _likelier(problem: Problem, at: Estimate, linear: Linearised, begin: Variances) -> Variances:
     """The likeliest variances, with a random force only where that gains what its two numbers cost."""
     found, least = begin, np.inf
-    for share in (1.0, _SOME_FORCE / SMALLEST_FORCE):
+    for share in (1.0, 1e-3 / SMALLEST_FORCE):  # from nothing, and from a thousandth of the suspension's force
         tried = RandomForce(std=share * SMALLEST_FORCE * problem.scales.force, memory=begin.force.memory)
         force, readings = likeliest(problem, at, linear, Variances(force=tried, readings=begin.readings))
         deviance = solved(problem, at, reweighed(problem, at, linear, readings), force).deviance
@@ -248,7 +241,7 @@ def _longer_and_longer(problem: Problem, at: Estimate, small: Variances) -> tupl
     chains, square = problem.chains, np.inf
     begins = np.concatenate([np.cumsum(chains.duration[chains.of_record(r)]) for r in range(len(chains.files))])
     lengths = np.array([chains.duration[chains.of_record(r)].sum() for r in range(len(chains.files))])[chains.record]
-    for part in _PARTS:
+    for part in (0.3, 0.4, 0.5, 0.65, 0.8, 1.0):  # of each record
         seen = (begins <= part * lengths + 1e-9)[:, None, None]
         groups = tuple(dataclasses.replace(group, weight=group.weight * seen[group.place]) for group in chains.groups)
         shorter = dataclasses.replace(problem, chains=dataclasses.replace(chains, groups=groups, weight=chains.weight * seen))
@@ -266,13 +259,13 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
     for _ in range(_ROUNDS):
         *_, solution = equations(problem, at, small)
         (step, share), before = Stride(problem).taken(at, solution), square
-        while share > _SHORTEST_SHARE:
+        while share > 1e-3:
             tried, there = unforced(moved(problem, at, step, share))
             if there < square:
                 at, square = tried, there
                 break
             share *= 0.5
-        if not square < before - _HARDLY * square / problem.chains.weight.size:
+        if not square < before - 0.01 * square / problem.chains.weight.size:  # hardly less, over the mean square
             break
     return at, square
 
@@ -321,9 +314,9 @@ def _with_likeliest(
     problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int
 ) -> Fitted:
     """Steps with the likeliest variances: those of force and readings at once, where both are there and compete, or each by itself."""
-    force, readings, stride = variances.force, variances.readings, Stride(problem)
+    force, readings, stride, most = variances.force, variances.readings, Stride(problem), 6
     linear, local, solution = equations(problem, at, variances)
-    for last in range(_LAST_ROUNDS):
+    for last in range(most):
         if not vanishes(problem, force) and any(one.order for one in readings):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
         else:
@@ -334,7 +327,7 @@ def _with_likeliest(
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
-        if last == _LAST_ROUNDS - 1 or (last and change(problem, at, solution) < _SMALL_STEP):
+        if last == most - 1 or (last and change(problem, at, solution) < _SMALL_STEP):
             break
         there = moved(problem, at, *stride.taken(at, solution))
         try:

@@ -17,11 +17,6 @@ from jaxtyping import Float
 from identification.trajectory.chain_equations import motion_covariance, whitened_rows, whitenings
 from identification.trajectory.fit import Fitted
 
-_ROUNDING = 1e-13
-"""Added to a precision with a diagonal of one: a hundred times the rounding error."""
-_AT_ONCE = 512
-"""Segments whose readings' covariances are held at once."""
-
 
 def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"]:
     """Standardised one-step errors, NaN where no sample counts."""
@@ -55,8 +50,8 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
         ahead[0][k], ahead[1][k] = precision, gradient
         precision = precision + fitted.local.gram[k, :inside, :inside]
         gradient = gradient + fitted.local.right[k, :inside]
-    for begin in range(0, segments, _AT_ONCE):
-        part = slice(begin, begin + _AT_ONCE)
+    for begin in range(0, segments, 512):  # covariances that memory holds at once
+        part = slice(begin, begin + 512)
         found[part] = _standardised(rows[part], errors[part], ahead[0][part], ahead[1][part])
     found[~counted] = np.nan
     return found.reshape(segments, chains.samples, -1)
@@ -69,8 +64,8 @@ def _standardised(
     gradient: Float[np.ndarray, "segments inside"],
 ) -> Float[np.ndarray, "segments readings"]:
     """Readings less their prediction from earlier segments, in units of the Cholesky factor of its covariance."""
-    scale = 1.0 / np.sqrt(np.diagonal(precision, axis1=1, axis2=2))
-    factor = np.linalg.cholesky(precision * scale[:, :, None] * scale[:, None, :] + _ROUNDING * np.eye(rows.shape[-1]))
+    scale, rounding = 1.0 / np.sqrt(np.diagonal(precision, axis1=1, axis2=2)), 1e-13
+    factor = np.linalg.cholesky(precision * scale[:, :, None] * scale[:, None, :] + rounding * np.eye(rows.shape[-1]))
     half = np.linalg.solve(factor, np.concatenate([rows.swapaxes(1, 2), gradient[..., None]], axis=2) * scale[..., None])
     by = half[..., :-1].swapaxes(1, 2)
     off = errors[..., None] - by @ half[..., -1:]

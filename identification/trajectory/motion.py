@@ -30,12 +30,6 @@ from vibrojax.system import Approach, System
 
 CHUNK = 256
 """Segments that are integrated side by side."""
-STEEPEST = 1e3
-"""Largest derivative of a segment's end by its beginning, in natural sizes, that a linearisation may have: beyond, a touch grazes."""
-SHORTEST_FLIGHT = 0.05
-"""Of the time between two samples: a body that would fly for less from a rigid stop rests there."""
-_STEPS_A_SAMPLE = 200
-"""Limit to the steps between two samples; a segment that needs more has not been integrated."""
 
 
 class Passed(NamedTuple):
@@ -165,13 +159,13 @@ def _moving(
     rigid = isinstance(systems.law, AbstractInstantaneousLaw)
     if rigid:
         start = jax.vmap(_against_a_rigid_stop)(systems, start, jnp.asarray(segments.resting))
-    shortest = SHORTEST_FLIGHT * (segments.ts[:, 1] - segments.ts[:, 0])
+    shortest = 0.05 * (segments.ts[:, 1] - segments.ts[:, 0])  # a body that would fly for less rests on a rigid stop
     if speed is not None:
         start = start._replace(approach_speed=speed)
 
     def unfinished(loop):
         count, carry, t_end = loop
-        return (count < _STEPS_A_SAMPLE) & jnp.any((carry.t < t_end) & jnp.isfinite(carry.u))
+        return (count < 200) & jnp.any((carry.t < t_end) & jnp.isfinite(carry.u))  # more steps to a sample: not integrated
 
     def sample(carry, t_end):
         def advance(loop):
@@ -342,7 +336,7 @@ def linearise(
         for place, (value, slope, fine) in threads.map(run, _chunks(chains, at, chunk)):
             fine = fine & np.isfinite(slope.end).all(axis=(1, 2)) & np.isfinite(slope.readings).all(axis=(1, 2, 3))
             steepness = np.abs(slope.end[:, :, : len(sizes)]) * sizes / sizes[:, None]
-            fine &= np.nan_to_num(steepness, nan=np.inf).max(axis=(1, 2)) < STEEPEST
+            fine &= np.nan_to_num(steepness, nan=np.inf).max(axis=(1, 2)) < 1e3  # beyond, a touch grazes
             usable = chains.weight[place] * fine[:, None, None]
             counts = usable > 0
             residual[place] = np.where(counts, (np.where(counts, value.readings, 0.0) - chains.measured[place]) * usable, 0.0)

@@ -14,8 +14,6 @@ from scipy.linalg import solve_toeplitz, toeplitz
 
 HIGHEST_ORDER = 8
 """Of an autoregression: one that is both quick and slow, as rounding beside an encoder's eccentricity, needs as many at a high rate."""
-_STRONGEST = 1.0 - 1e-6
-"""Largest partial autocorrelation that is turned into an unconstrained number."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -66,7 +64,7 @@ class ReadingError:
         """The inverse of `of`; poles beyond the limit are drawn in."""
         row, found = np.array(self.coefficients) / largest_pole ** np.arange(1, self.order + 1), np.zeros(self.order)
         for order in range(self.order, 0, -1):
-            found[order - 1] = reflection = float(np.clip(row[-1], -_STRONGEST, _STRONGEST))
+            found[order - 1] = reflection = float(np.clip(row[-1], 1e-6 - 1.0, 1.0 - 1e-6))  # of finite arctanh
             row = (row[:-1] + reflection * row[-2::-1]) / (1.0 - reflection**2)
         return np.concatenate([[np.log(self.innovation)], np.arctanh(found)])
 

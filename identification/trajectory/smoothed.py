@@ -36,10 +36,6 @@ _LARGEST_ERROR = 0.1
 """Of a start that is off by the resolution of the sensors, over the size of the motion: a longer stretch is cut."""
 SMALL_GRADIENT = 1e-4
 """Gradient in units of standard errors, which is the distance to the optimum, below which the iteration has converged."""
-_TOLERANCE = 1e-10
-"""Of a step of the solver: the gradient is then known to less than that."""
-_ITERATIONS, _ROUNDS = 20, 5
-"""Iterations with one preconditioner, and preconditioners."""
 _OPTIMISER = optax.lbfgs(scale_init_precond=False, linesearch=optax.scale_by_zoom_linesearch(20, initial_guess_strategy="one"))
 """One object, so that nothing compiles twice; the coordinates are natural ones, in which the first step has the right length."""
 
@@ -131,7 +127,7 @@ def fit_smoothed(
     fixed = _fixed(problem, at, smoothing, readings or tuple(ReadingError() for _ in problem.chains.channels))
     unknowns, files = problem.unknowns, problem.chains.files
     point, iterations, loss, gradient = jax.tree.map(jnp.zeros_like, fixed.begin), 0, np.inf, np.inf
-    for _ in range(_ROUNDS):
+    for _ in range(5):  # preconditioners, each for up to twenty iterations
         value, slope, root = _preconditioned(unknowns, files, fixed, point, problem.border.proximal)
         flat, unravel = ravel_pytree(point)
         x, state = jnp.zeros_like(flat), _OPTIMISER.init(jnp.zeros_like(flat))
@@ -140,7 +136,7 @@ def fit_smoothed(
             raise NoConvergenceError(
                 "the motion with the smoothed contact cannot be integrated: expected a nearer start, or a wider smoothing"
             )
-        while gradient > SMALL_GRADIENT and count < _ITERATIONS:
+        while gradient > SMALL_GRADIENT and count < 20:
             before = loss
             x, state, value, slope = _step(unknowns, files, fixed, (point, root), x, state, value, slope)
             loss, gradient, count = float(value), float(jnp.abs(slope).max()), count + 1
@@ -212,12 +208,12 @@ def _stretches(problem: Problem, at: Estimate, readings: tuple[ReadingError, ...
 
 def _fixed(problem: Problem, at: Estimate, smoothing: float, readings: tuple[ReadingError, ...]) -> _Fixed:
     """The loss at an estimate."""
-    border, stretches = problem.border, _stretches(problem, at, readings)
+    border, stretches, tolerance = problem.border, _stretches(problem, at, readings), 1e-10  # so far the gradient is known
     starts = tuple(at.states[one.knots[:, 0], :2] for one in stretches)
     own_size = np.broadcast_to(border.own_scale, at.own.shape)
     fixed = _Fixed(
         model=problem.model_at(at),
-        integrator=Integrator(smoothing=smoothing, rtol=_TOLERANCE, atol=1e-3 * _TOLERANCE, longest_step=problem.integrator.flight_step),
+        integrator=Integrator(smoothing=smoothing, rtol=tolerance, atol=1e-3 * tolerance, longest_step=problem.integrator.flight_step),
         stretches=stretches,
         begin=_Unknowns(at.shared, at.own, starts),
         size=_Unknowns(border.shared_scale, own_size, tuple(np.broadcast_to(problem.scales.states[:2], one.shape) for one in starts)),

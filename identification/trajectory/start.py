@@ -41,18 +41,10 @@ from vibrojax.integrate.landing import flight_step
 from vibrojax.model import MASS, Model
 from vibrojax.parameters import Parameter
 
-FLIGHT_STEPS = 96.0
-"""Integration steps in a period of the fastest vibration in flight, at least."""
 _PARABOLA = 2
 """Degree of the polynomial by which a speed beside an impact is read."""
-_OF_A_PERIOD = 1.0 / 6.0
-"""Of the motion, in which a parabola follows it."""
 _CLEAR = 5.0
 """Distance from a place at which a reading is clearly off it, over the noise."""
-_AT_REST = 5
-"""Samples at the end of a record of which the median is where the body has come to."""
-_CONTACT_STEPS = 60.0
-"""Integration steps in an impact."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -146,7 +138,7 @@ def problem_of(experiment: Experiment, *, law: str | None = None, earlier: Mappi
         chains=chains,
         border=_border(experiment, parameters, unknowns, zeros, start, stop=not isinstance(model.law, NoContact)),
         scales=scales,
-        integrator=Landing(contact_steps=jax.device_put(np.asarray(_CONTACT_STEPS)), flight_step=jax.device_put(np.asarray(flight))),
+        integrator=Landing(contact_steps=jax.device_put(np.asarray(60.0)), flight_step=jax.device_put(np.asarray(flight))),
         rest=tuple(rest),
         motions=tuple(motions),
         start=start,
@@ -216,7 +208,8 @@ def _first_states(
             if unknowns.states[-1] == APPROACH_SPEED:
                 states[knots, -1] = np.abs(motion.v).max()  # corrected at the first touch
         if isinstance(model.law, AbstractInstantaneousLaw):
-            states[knots.start, :2] = _beginning(record, _OF_A_PERIOD / fastest, states[knots.start, :2])
+            sixth = 1.0 / 6.0 / fastest  # of a period, in which a parabola follows the motion
+            states[knots.start, :2] = _beginning(record, sixth, states[knots.start, :2])
     return states
 
 
@@ -241,7 +234,7 @@ def step_in_flight(records: Sequence[Record], model: Model, fastest_hz: float) -
     Between longer steps the noise of an input would not average out.
     """
     recorded = [record for record in records if driven_by(record)]
-    step = float(flight_step(model.effects, max(fastest_hz, 1e-6), a_period=FLIGHT_STEPS))
+    step = float(flight_step(model.effects, max(fastest_hz, 1e-6), a_period=96.0))  # steps, at least
     return min([step, *(float(np.median(np.diff(record.time))) for record in recorded)])
 
 
@@ -284,7 +277,7 @@ def _rest(record: Record, motion: Kinematics | None, restitution: float | None) 
     """
     if restitution is None or motion is None:
         return np.inf, np.inf
-    clear, place = _CLEAR * _noise(record), float(np.median(motion.u[-_AT_REST:]))
+    clear, place = _CLEAR * _noise(record), float(np.median(motion.u[-5:]))  # where the body has come to
     off = np.flatnonzero(np.abs(motion.u - place) > clear)
     flying = motion.a[motion.u < place - 0.3 * np.ptp(motion.u)]
     if not len(off) or motion.u.max() - place > clear or not len(flying) or np.median(flying) <= 0:

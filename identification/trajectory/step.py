@@ -15,8 +15,6 @@ from identification.trajectory.start import Problem
 _LONGEST_STEP = 0.7
 """Largest change of a logarithm in one step, but back to its first value, or of a parameter over its scale, and as many times more as the
 parameter exceeds its first value; a quarter of its range where that is less."""
-_TURNS_BACK = 3.0
-"""Length of a step that turns back over that of the one before, at most."""
 NO_STEP = 0.02
 """Step of a parameter over its standard error that no longer changes the likelihood."""
 
@@ -49,7 +47,7 @@ class Stride:
         share = min(1.0, 1.0 / max(float(np.max(np.abs(step) / np.maximum(np.where(step < 0, down, up), 1e-300), initial=0.0)), 1e-300))
         back = (step * last < 0) & (np.minimum(np.abs(step), np.abs(last)) > NO_STEP * np.sqrt(np.diag(solution.covariance)))
         if back.any():
-            ratio = min(float(np.max(np.abs(step[back] / last[back]))), _TURNS_BACK)
+            ratio = min(float(np.max(np.abs(step[back] / last[back]))), 3.0)  # over the step before, at most
             share = min(share, self._taken / (1.0 + ratio))
         self._last, self._taken = step, share
         return inside, share

@@ -16,18 +16,6 @@ from scipy.signal import savgol_coeffs, savgol_filter, welch
 from identification.experiment import Record
 from identification.trajectory.segments import at_ceiling
 
-_A_PERIOD = 100.0
-"""Samples that stay in a period of the strongest vibration, at least."""
-_ABOVE_THE_FLOOR = 4.0
-"""Power of what is no noise, over the floor."""
-_MARGIN = 1.25
-"""New Nyquist frequency over the highest one that holds more than noise, at least."""
-_DEGREE = 2
-_FEWEST = 64
-"""Samples of a record of which a spectrum is taken."""
-_LONGEST = 16384
-"""Samples of one of the periodograms that are averaged, at most."""
-
 
 def thinned(records: Sequence[Record]) -> list[Record]:
     """Records of a motion without impacts, averaged and with every q-th sample, where all of them allow it; as they are otherwise.
@@ -41,24 +29,24 @@ def thinned(records: Sequence[Record]) -> list[Record]:
 def _factor(record: Record) -> int:
     """By how much one record can be thinned."""
     steps, measured_input = np.diff(record.time), record.kind in ("forced", "prescribed") or record.base == "measured"
-    if measured_input or len(steps) < _FEWEST or np.ptp(steps) > 0.1 * np.median(steps):
+    if measured_input or len(steps) < 64 or np.ptp(steps) > 0.1 * np.median(steps):
         return 1
     rate, needed = 1.0 / float(np.median(steps)), 0.0
     for values in record.channels.values():
         if not np.all(np.isfinite(values)) or at_ceiling(values).any():
             return 1
-        hz, power = welch(values - values.mean(), rate, nperseg=min(_LONGEST, len(values) // 4))
+        hz, power = welch(values - values.mean(), rate, nperseg=min(16384, len(values) // 4))
         floor = float(np.median(power[hz > 0.25 * rate]))
-        highest = float(hz[power > _ABOVE_THE_FLOOR * floor].max(initial=0.0))
-        needed = max(needed, 2.0 * _MARGIN * highest, _A_PERIOD * float(hz[np.argmax(power)]))
+        highest = float(hz[power > 4.0 * floor].max(initial=0.0))  # that holds more than noise
+        needed = max(needed, 2.5 * highest, 100.0 * float(hz[np.argmax(power)]))  # Nyquist with a margin; a period's samples
     return int(rate / needed) if 0.0 < needed < rate else 1
 
 
 def _every(record: Record, q: int) -> Record:
     """The record by local parabolas, read at every q-th sample."""
-    window = 2 * q + 1
-    scatter = float(np.linalg.norm(savgol_coeffs(window, _DEGREE)))
-    channels = {name: savgol_filter(values, window, _DEGREE, mode="interp")[::q] for name, values in record.channels.items()}
+    window, degree = 2 * q + 1, 2
+    scatter = float(np.linalg.norm(savgol_coeffs(window, degree)))
+    channels = {name: savgol_filter(values, window, degree, mode="interp")[::q] for name, values in record.channels.items()}
     notice = f"Nothing but noise is faster than 1/{q} of the sampling rate: {window} samples each are averaged by a parabola."
     return dataclasses.replace(
         record,

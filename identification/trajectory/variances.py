@@ -24,22 +24,8 @@ LARGEST_FORCE = 0.3
 """Largest random force, over the force of the suspension: with a larger one any motion is explained."""
 SMALLEST_FORCE = 1e-5
 """Smallest one: the chain is then one deterministic trajectory to within the sensors' resolution."""
-SMALLEST_INNOVATION = 0.01
-"""Smallest innovation of a reading error, over the declared noise: no sensor is better than that, and the equations stay definite."""
-LARGEST_INNOVATION = 1e5
-"""Largest one: a reading that is so far off says nothing."""
-_STEEPEST_PARTIAL = 4.0
-"""Largest inverse hyperbolic tangent of a partial autocorrelation: within 1e-3 of one."""
 _INDEFINITE = 1e12
 """Deviance of variances that the equations cannot be solved with."""
-_DIFFERENCE = 1e-3
-"""Of a logarithm, in difference quotients of the likelihood."""
-_UNIT_OF_FORCE = 0.1
-"""About the standard error of the logarithms of a random force, in which its search takes steps."""
-_SETTLED = 0.05
-"""Of -2 log likelihood, by which a step has to lower it for the search to go on."""
-_AT_MOST_DOWN = 30.0
-"""Factor by which the random force falls in one round, at most."""
 OF_TWO_NUMBERS = 4.0
 """Akaike's price of size and memory of a random force, in -2 log likelihood."""
 _LONGEST_ERROR = 1.0 / 3.0
@@ -133,7 +119,7 @@ def annealed(problem: Problem, at: Estimate, local: Weighed, force: RandomForce,
         bounded, begin, method="Nelder-Mead", options={"maxfev": evaluations, "xatol": 0.02, "fatol": 0.2, "initial_simplex": simplex}
     )
     std, memory = np.exp(np.clip(found.x, low, high))
-    return RandomForce(std=float(max(std, force.std / _AT_MOST_DOWN)), memory=float(memory))
+    return RandomForce(std=float(max(std, force.std / 30.0)), memory=float(memory))  # falls by no more in one round
 
 
 def force_if_it_pays(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> tuple[RandomForce, Solution]:
@@ -178,7 +164,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         solution = solved(problem, at, local, force)
         slope = np.zeros_like(x)
         for place in range(2):
-            step = np.where(np.arange(len(x)) == place, _DIFFERENCE if x[place] < high[place] - _DIFFERENCE else -_DIFFERENCE, 0.0)
+            step = np.where(np.arange(len(x)) == place, 1e-3 if x[place] < high[place] - 1e-3 else -1e-3, 0.0)
             other = deviance(problem, at, local, at_point(x + step)[0])
             slope[place] = (other - solution.deviance) / step[place]
         products = expected_products(chains, unknowns, border, linear, solution, highest)
@@ -190,18 +176,19 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         return solution.deviance, slope
 
     start = np.concatenate([np.clip(np.log([begin.force.std, begin.force.memory]), low, high), *free])
-    least, most = np.full(len(start), -_STEEPEST_PARTIAL), np.full(len(start), _STEEPEST_PARTIAL)
-    least[ends[:-1]], most[ends[:-1]] = np.log(SMALLEST_INNOVATION), np.log(LARGEST_INNOVATION)
+    least, most = np.full(len(start), -4.0), np.full(len(start), 4.0)  # partial autocorrelations within 1e-3 of one
+    least[ends[:-1]], most[ends[:-1]] = np.log(0.01), np.log(1e5)  # innovations: no sensor is better; beyond, it says nothing
     least[:2], most[:2] = low, high
     counts = np.maximum(chains.readings, 1)
-    unit = np.concatenate([np.full(2, _UNIT_OF_FORCE), *(np.full(len(one), n**-0.5) for one, n in zip(free, counts, strict=True))])
+    force_unit = np.full(2, 0.1)  # about the standard error of the logarithms of a random force
+    unit = np.concatenate([force_unit, *(np.full(len(one), n**-0.5) for one, n in zip(free, counts, strict=True))])
 
     def in_units(z: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = bounded(z * unit)
         return value, slope * unit
 
     bounds, begun = list(zip(least / unit, most / unit, strict=True)), np.clip(start, least, most) / unit
-    found = minimize(in_units, begun, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": iterations, "ftol": _SETTLED})
+    found = minimize(in_units, begun, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": iterations, "ftol": 0.05})
     return at_point(found.x * unit)
 
 
