@@ -12,7 +12,7 @@ from pathlib import Path
 import xarray as xr
 from rich.console import Console, RenderableType
 
-from identification.commands.run import Progress, check_converged, write_diagnosed, write_fit
+from identification.commands.run import check_converged, write_diagnosed, write_fit
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
