@@ -64,6 +64,6 @@ class Sampled(AbstractEngine):
         u, v, impacts, peak, speed, u_max, result = found
         worst, most = jnp.max(result, axis=0), jnp.max(u_max[-recorded:], axis=0)
         kept = [part[-recorded:] for part in (u, v, impacts, peak, speed)]
-        what = Cycles(*kept, most, worst)
+        what = Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], most, worst)
         touching = lanes.systems.indentation(u[-1]) > 0
         return state._replace(u=u[-1], v=v[-1], in_contact=touching, cycle=state.cycle + cycles), what

@@ -75,7 +75,7 @@ class Stepping(AbstractEngine):
         nothing = jnp.zeros_like(motion.u)
         after = LaneState(motion.u, motion.v, motion.in_contact, motion.approach_speed, nothing, state.cycle + cycles, motion.own)
         kept = [part[-recorded:] for part in (u, v, cycle.impacts, cycle.peak, cycle.speed)]
-        return after, Cycles(*kept, jnp.max(cycle.u_max[-recorded:], axis=0), result)
+        return after, Cycles(kept[0], kept[1], kept[2], kept[3], kept[4], jnp.max(cycle.u_max[-recorded:], axis=0), result)
 
     def _landing(self, effects: Iterable[AbstractEffect], period: Float[Array, ""]) -> Landing:
         """The stepper of one lane."""
