@@ -12,8 +12,8 @@ from scipy.optimize import root_scalar
 
 from identification.estimation.simulate import system_in, without_faults
 from identification.experiment import Experiment, Record
+from identification.experiment.channels import AT_REST
 from identification.experiment.samples import runs_of
-from identification.experiment.settings import UNDRIVEN
 from identification.result.result import RecordFit, measured_displacement
 from identification.result.ring_down import RingDown, RingDowns, one_flight, ring_down, together
 from vibrojax.compiling import soon_compiled
@@ -52,7 +52,7 @@ def ring_downs(experiment: Experiment, records: tuple[RecordFit, ...], models: M
         u = measured_displacement(fit)
         if experiment.suspension.kind == "free":
             left_out[fit.file] = "without a spring nothing vibrates"
-        elif fit.kind not in UNDRIVEN:
+        elif fit.kind not in AT_REST:
             left_out[fit.file] = "driven throughout, so that nothing decays"
         elif u is None:
             left_out[fit.file] = "its displacement was not recorded"

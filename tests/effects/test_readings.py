@@ -266,6 +266,15 @@ def test_candidates_of_a_drift_go_straight_and_settle():
     assert [one.settling_rate for (one,) in found] == pytest.approx([0.0, 1.0, 10.0 / 3.0, 10.0])
 
 
+def test_without_a_spring_the_only_displacement_cannot_show_a_drift():
+    noise = {"hammer_displacement": 1e-5, "cart_displacement": 1e-5, "impact_force": 0.15}
+    free = dataclasses.replace(SCALES, f_n=0.0, noise=noise, channels=("hammer_displacement",))
+    assert not ZeroDrift.probe.candidates(free)
+    assert ZeroDrift.probe.candidates(dataclasses.replace(free, f_n=2.0))
+    beside = ZeroDrift.probe.candidates(dataclasses.replace(free, channels=("hammer_displacement", "cart_displacement", "impact_force")))
+    assert {one.of_channel for (one,) in beside} == {"hammer_displacement", "cart_displacement", "impact_force"}
+
+
 def test_a_zero_does_not_drift_before_the_zero_of_the_clock():
     ts = jnp.linspace(-100.0, 0.0, 5)
     motion = Motion(ts, ts, ts, ts, ts, in_contact=ts < 0)
