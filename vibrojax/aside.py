@@ -161,9 +161,11 @@ def _try_lock(lock: int) -> bool:
 def locked(path: Path, refusal: str) -> int:
     """The open file that holds the lock of a folder as long as the process lives; `InputError` with a refusal where another run has it."""
     lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
-    if not _try_lock(lock):
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
         os.close(lock)
-        raise InputError(refusal)
+        raise InputError(refusal) from error
     return lock
 
 

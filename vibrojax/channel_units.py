@@ -11,6 +11,6 @@ UNITS = {
     "reaction_force": "N",
 }
 EVERY_CHANNEL = tuple(UNITS)
-"""In the order of the tables. The last is what a gauge behind the suspension and the stop reads, as in a testing machine."""
-CHANNELS = EVERY_CHANNEL[:-1]
-"""What sensors on the rig read."""
+"""In the order of the tables."""
+CHANNELS = tuple(channel for channel in EVERY_CHANNEL if channel != "reaction_force")
+"""What sensors on the rig read; the other one is that of a gauge behind the suspension and the stop, as in a testing machine."""

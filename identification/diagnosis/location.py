@@ -224,13 +224,13 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
     """The location in words for a test engineer."""
     if instant is not None and record is not None:
         return f"The misfit starts at {instant:.2f} s of {record}. It {_PHASES[phase]}, seen most in {spoken(channel)}."
-    look = coordinate_label(best.coordinate, best.unit)
+    axis = coordinate_label(best.coordinate, best.unit)
     parts = [_PHASES[phase]]
     if best.coordinate == coordinate == "frequency":
         parts.append(f"vibrates at {significant(best.center[np.argmax(best.mean)], 4)} Hz")
     elif interval is not None:
-        low, high = (significant(look.factor * end, 2) for end in interval)
-        parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {look.unit}".strip()))
+        low, high = (significant(axis.factor * end, 2) for end in interval)
+        parts.append("mostly " + _SAID[coordinate].format(f"{low} to {high} {axis.unit}".strip()))
     elif not best.is_even:
         parts.append(f"changes with the {coordinate}")
     if best.quantity == "force":

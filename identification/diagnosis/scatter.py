@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from identification.diagnosis.augment import refitted
 from identification.diagnosis.decide import LEVEL
-from identification.estimation.parameters import IDENTIFIED, between_records, record_estimates, variations
+from identification.estimation.parameters import LARGEST_STDERR, between_records, record_estimates, variations
 from identification.estimation.varying import LOGS, with_variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, reestimated
@@ -48,7 +48,7 @@ def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     columns: list[tuple[str, int]] = []  # the deviation of a record from the one that says most of the parameter
     for name in names:
         error = errors[:, unknowns.index(name)]
-        others = [record for record in np.argsort(error)[1:] if error[record] < IDENTIFIED]
+        others = [record for record in np.argsort(error)[1:] if error[record] < LARGEST_STDERR]
         if len(columns) + len(others) <= _COLUMNS:
             columns += [(name, int(record)) for record in others]
     if not columns:

@@ -25,7 +25,7 @@ FORCE_BY_CHANCE = 1e-4
 _SIGMAS_95 = float(ndtri(0.975))
 _NULL = 1e-11
 """Eigenvalue of the scaled information below which a direction is not identifiable."""
-IDENTIFIED = 1.0
+LARGEST_STDERR = 1.0
 """Standard error in the coordinate of the fit (a factor of e) up to which records say something of a parameter."""
 _WEAK = 0.1
 """The same above which an interval follows the likelihood: a tenth, where a logarithm is no longer linear."""
@@ -83,7 +83,7 @@ def uncertainty(fitted: Fitted) -> Uncertainty:
     identifiable[chosen[loose]] = False
     if not weighable(fitted.problem.experiment) and "m" in (names := [p.name for p in fitted.problem.parameters]):
         identifiable[names.index("m")] = False
-    identifiable &= np.sqrt(np.maximum(np.diag(covariance), 0.0)) <= IDENTIFIED
+    identifiable &= np.sqrt(np.maximum(np.diag(covariance), 0.0)) <= LARGEST_STDERR
     return Uncertainty(covariance=covariance, identifiable=identifiable, at_bound=at_bound)
 
 
@@ -221,7 +221,7 @@ def between_records(fitted: Fitted) -> tuple[Disagreement, ...]:
     modelled = set(variations(problem))
     found = []
     for index, p in enumerate(problem.parameters):
-        known = np.flatnonzero(sigma[:, index] < IDENTIFIED)
+        known = np.flatnonzero(sigma[:, index] < LARGEST_STDERR)
         if len(known) < 2 or not problem.border.shared[index]:
             continue
         weight, moved = sigma[known, index] ** -2.0, shift[known, index]

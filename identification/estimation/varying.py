@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from identification.estimation.parameters import IDENTIFIED, deviance, record_estimates
+from identification.estimation.parameters import LARGEST_STDERR, deviance, record_estimates
 from identification.trajectory.fit import Fitted, Progress, fit, settled
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import with_variation
@@ -63,7 +63,7 @@ def _scatter(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
     found = {}
     for name in names:
         index = fitted.problem.unknowns.index(name)
-        known = sigma[:, index] < IDENTIFIED
+        known = sigma[:, index] < LARGEST_STDERR
         found[name] = float(np.std(shift[known, index])) * fitted.problem.border.shared_scale[index] if known.sum() > 1 else 0.0
     return found
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from identification.experiment.channels import AT_REST, CHANNELS, KINDS, TIME, factor_to_si, read_sensitivity, si_unit
+from identification.experiment.channels import AT_REST, CHANNELS, KINDS, TIME, factor_to_si, output_of, read_sensitivity, si_unit
 from identification.experiment.clock import ClockSettings
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.experiment import Filter, Load, ParameterOption, Preparation, Prior, Record, Sensor, Suspension
@@ -201,6 +201,12 @@ def read_record_settings(values: object, number: int) -> RecordSettings:
             " set kind = 'cart-excitation'"
         )
     columns, units, missing = table.strings("columns", (TIME, *CHANNELS)), table.strings("units", CHANNELS), values.get("missing", [])
+    for name in columns.values():
+        if list(columns.values()).count(name) > 1:
+            raise ExperimentError(f"column {shown(name)} in columns of {table.where} is named twice: expected one channel each; remove one")
+    for channel, unit in units.items():
+        if not output_of(unit):  # of a sensor, whose sensitivity is not known here
+            factor_to_si(unit, CHANNELS[channel], f"units of {table.where}")
     record = Record(
         file=file,
         kind=kind,

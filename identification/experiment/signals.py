@@ -14,10 +14,9 @@ from identification.experiment.channels import MOTION_CHANNELS, STRUCK
 from identification.experiment.experiment import Record
 from identification.experiment.noise import MAD_TO_STD, estimate_noise
 from identification.experiment.samples import runs_of
-from identification.experiment.weak_form import robust_regression, weak_integrals
 
 CONTACT = 6.0
-"""Standard deviations of the load cell's noise beyond which it feels a contact."""
+"""Standard deviations of its noise beyond which a signal shows a contact, or that the hammer was let go."""
 FEWEST_SAMPLES, FEWEST_IMPACTS = 6, 3
 MOSTLY_APART = 0.5
 """A force that is strong for a larger part of the samples is an offset rather than impacts."""
@@ -223,20 +222,38 @@ def _changes(time: Samples, values: Samples, impacts: list[Impact]) -> Iterator[
 def pulls(record: Record, impacts: list[Impact]) -> tuple[Float[np.ndarray, " 2"], Float[np.ndarray, " 2"]] | None:
     """Coefficients of hammer x and cart y in x'', 1/s^2, and their standard errors, in flight; None where there is little flight.
 
-    x'' = a x + b y + c x' + d y' + e in the weak form, from the length of the bumps that shows b best.
+    x'' = a x + b y + c x' + d y' + e is multiplied by a bump over half a period of the drive and integrated by parts (weak form).
     """
+    step = float(np.median(np.diff(record.time)))
+    length = round(0.5 / (record.excitation_frequency or np.inf) / step)
+    if length < 16:
+        return None
+    s = np.linspace(-1.0, 1.0, length)
+    half = 0.5 * (length - 1) * step
+    value, slope = (1.0 - s**2) ** 3, -6.0 * s * (1.0 - s**2) ** 2 / half
+    curve = (-6.0 * (1.0 - s**2) ** 2 + 24.0 * s**2 * (1.0 - s**2)) / half**2
     x, y = (record.channels[f"{body}_displacement"] for body in ("hammer", "cart"))
-    struck = ~np.isfinite(x + y)
+    struck = np.zeros(record.time.size, bool)
     for impact in impacts:
         struck[max(impact.first - 2, 0) : impact.end + 2] = True
-    found = []
-    for integrals in weak_integrals(np.stack([x, y, np.ones_like(x)]), struck, float(np.median(np.diff(record.time)))).values():
-        second, first, zeroth = integrals.transpose(1, 0, 2)
-        if len(integrals) >= 10:
-            found.append(robust_regression(np.column_stack([zeroth, -first[:, :2]]), second[:, 0]))
-    shown = [one for one in found if (np.diag(one.information) > 0.0).all()]  # a dead channel pulls nothing
-    best = min(shown, key=lambda one: one.stderr(1), default=None)
-    return None if best is None else (best.estimate[:2], np.sqrt(np.diag(best.covariance))[:2])
+    clear = ~struck & np.isfinite(x + y)
+    rows = [
+        (x[part] @ curve, x[part] @ value, y[part] @ value, -(x[part] @ slope), -(y[part] @ slope), value.sum())
+        for first in range(0, record.time.size - length + 1, max(length // 4, 1))
+        if clear[part := slice(first, first + length)].all()
+    ]
+    if len(rows) < 10:
+        return None
+    table = np.array(rows)
+    matrix, right = table[:, 1:], table[:, 0]
+    scale = np.linalg.norm(matrix, axis=0)
+    if not (scale > 0.0).all():  # a dead channel pulls nothing
+        return None
+    solution, *_ = np.linalg.lstsq(matrix / scale, right, rcond=None)
+    scatter = right - matrix / scale @ solution
+    overlap = 4.0  # rows that hold a sample
+    covariance = np.linalg.pinv((matrix / scale).T @ (matrix / scale)) * overlap * float(scatter @ scatter) / (len(right) - matrix.shape[1])
+    return (solution / scale)[:2], (np.sqrt(np.diag(covariance)) / scale)[:2]
 
 
 def scale_ratios(record: Record, mass: float | None) -> Iterator[tuple[str, str, float]]:

@@ -77,7 +77,7 @@ def _half_width(u: Float[np.ndarray, " samples"], dt: float, noise: float) -> in
     finest = u - savgol_filter(u, 2 * _NARROWEST + 1, _ORDER)
     own = 1.4826 * float(np.median(np.abs(finest))) / np.sqrt(1.0 - (_ORDER + 1) / (2 * _NARROWEST + 1))
     noise = max(noise, own) if np.isfinite(noise) else own
-    while half > _NARROWEST and _largest_residual(u, half, noise) > 2.5 * noise:
+    while half > _NARROWEST and _largest_residual(u, half, noise) > 2.5 * noise:  # it smooths too much
         half = max(half // 2, _NARROWEST)
     return half
 
@@ -101,7 +101,7 @@ def stands_out(inertia: Float[np.ndarray, " samples"], near: Bool[np.ndarray, " 
 
     The usual range comes from samples that are not near, since a record may hold little but one long contact.
     """
-    flight = inertia[~near] if np.sum(~near) >= 16 else inertia
+    flight = inertia[~near] if np.sum(~near) >= 16 else inertia  # enough to show it
     middle = np.median(flight)
     return inertia - middle > CONTACT * 1.4826 * np.median(np.abs(flight - middle))
 

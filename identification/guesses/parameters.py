@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Iterable
 from itertools import product
-from typing import cast
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -104,7 +104,8 @@ def contact_start(
     for model, exponent, part in product(begun, (1.0, 1.5, 2.0, 2.5) if "n" in names else (None,), depths):
         given = (jax.tree.map(np.asarray, model), names, samples, slot, units)
         start = np.concatenate([_guess(model, specs, names, samples, exponent, part), np.zeros(_RECORDS)])
-        residual, slope = (lambda x, program=program, given=given: np.asarray(program(*given, x)) for program in (_misfit, _misfit_slope))
+        programs: list[Any] = [lambda x, one=one, given=given: np.asarray(one(*given, x)) for one in (_misfit, _misfit_slope)]
+        residual, slope = programs
         if not (np.isfinite(residual(start)).all() and np.isfinite(slope(start)).all()):
             continue
         try:

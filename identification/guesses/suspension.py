@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from identification.experiment import Load, Record
 from identification.experiment.samples import bridged
-from identification.experiment.weak_form import Regression, robust_regression, weak_integrals
 from identification.guesses.motion import Kinematics, relative_displacement
+from identification.guesses.weak_form import Regression, robust_regression, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
 UNLOADED = Load()

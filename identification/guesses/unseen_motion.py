@@ -10,9 +10,9 @@ from scipy.optimize import least_squares
 from identification.experiment import Load, Record
 from identification.experiment.channels import STRUCK
 from identification.experiment.samples import bridged
-from identification.experiment.weak_form import Regression, near_contact, weak_integrals
 from identification.guesses.motion import Kinematics, cart_is_unseen, drive_omega, harmonic_acceleration, kinematics, stands_out
 from identification.guesses.suspension import FEWEST, SQUARE, UNLOADED, best_length, regressions, suspension_information, suspension_start
+from identification.guesses.weak_form import Regression, near_contact, weak_integrals
 from vibrojax.model import STANDARD_GRAVITY
 
 _OWN = 3
@@ -138,6 +138,7 @@ def _vibration(pieced: list["_Pieced"], mass: float) -> Vibration | None:
     if start:
         begin = 2.0 * np.pi * start["f_n"], start["zeta"]
     else:
+        # No known cart shows the suspension: zeta = 0.02, and f_n from 0.3 to 300 Hz.
         grid = [(2.0 * np.pi * float(f_n), 0.02) for f_n in np.geomspace(0.3, 300.0, 61)]
         begin = min(grid, key=lambda each: sum(float(np.sum(one.solved(each, pieces_as=each)[1] ** 2)) for one in unseen))
 

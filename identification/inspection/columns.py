@@ -187,11 +187,11 @@ def _with_angle(columns: list[Column]) -> list[Column]:
     if x is None or y is None:
         return columns
     radius = np.hypot(x.values, y.values)
-    if not np.isfinite(radius).any() or np.nanstd(radius) > 0.05 * np.nanmean(radius):
+    if not np.isfinite(radius).any() or np.nanstd(radius) > 0.05 * np.nanmean(radius):  # not on a circle
         return columns
     down = "-" if np.nanmean(y.values) < 0.0 else ""
     angle = angle_of(x.values, -y.values if down else y.values)
-    if np.nanmax(angle) - np.nanmin(angle) < 1e-3:
+    if np.nanmax(angle) - np.nanmin(angle) < 1e-3:  # rad
         return columns
     name = f"atan2({x.name}, {down}{y.name})"
     return [*(one for one in columns if one not in (x, y)), Column(name=name, unit="rad", in_file=True, values=angle)]

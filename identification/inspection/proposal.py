@@ -1,4 +1,4 @@
-"""An experiment file: a template with every key, and a proposal for inspected files that is to be completed and checked."""
+"""A proposal of an experiment file for inspected files, to be completed and checked."""
 
 from pathlib import Path
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.constants import g as STANDARD_GRAVITY
 from scipy.io import loadmat
 from scipy.signal import savgol_filter
 
@@ -69,7 +70,8 @@ def air_track(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
         raise InputError(f"{cut.source} has no line with the columns {', '.join(MARKERS)}: expected a table of the two riders' markers")
     places = [rows[header].index(marker) for marker in MARKERS]
     first, second = np.array([[_coordinate(cells, place) for place in places] for cells in rows[header + 1 :]]).T
-    return _part(cut, {"time": np.arange(len(first)) / 500.0, "closing": -np.abs(first - second)})
+    hertz = 500.0
+    return _part(cut, {"time": np.arange(len(first)) / hertz, "closing": -np.abs(first - second)})
 
 
 def _coordinate(cells: list[str], place: int) -> float:
@@ -98,7 +100,7 @@ def cyberdiver(folder: Path, cut: Cut) -> dict[str, np.ndarray]:
     """
     with np.load(folder / cut.source, allow_pickle=False) as archive:
         compression = 1e-3 * archive[f"{cut.options['run']}/pos_um"].astype(float)
-        body = 16.0 / 32768.0 * 9.80665 * archive[f"{cut.options['run']}/acc_counts"][AXIAL].astype(float)
+        body = 16.0 / 2**15 * STANDARD_GRAVITY * archive[f"{cut.options['run']}/acc_counts"][AXIAL].astype(float)
         begin = 1e-6 * float(archive[f"{cut.options['run']}/t0_us"])
     time = begin + STEP_S * np.arange(len(compression))
     first, last = cut.options["rest"]

@@ -50,7 +50,7 @@ def rebounds(records: Sequence[RecordFit], model: Model) -> list[Rebound]:
         downhill = float(model.load.force(model.mass) / model.mass)
         return _by_law([one for record in let_go for one in _of_record(record, flight, downhill)], model)
     found = [one for record in let_go for one in _of_record(record, flight)]
-    touching = [one for one in found if one.fitted_speed > 0.5 * one.approach_speed]  # a slower fitted motion is of another impact
+    touching = [one for one in found if one.fitted_speed > 0.5 * one.approach_speed]  # else the fit misses the impact
     return [one for one in touching if np.isfinite(one.fitted)]
 
 
@@ -114,7 +114,7 @@ class _Flight:
 
 def _independent(scatter: Float[np.ndarray, " samples"]) -> float:
     """Effective share of independent samples, from the lag-1 autocorrelation of the residuals."""
-    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), 0.9)  # more alike is no scatter
+    alike = min(max(float(scatter[1:] @ scatter[:-1] / max(scatter @ scatter, _TINY)), 0.0), 0.9)  # the largest correlation used
     return (1.0 - alike) / (1.0 + alike)
 
 

@@ -156,7 +156,7 @@ class Reduced:
             return None
         size = np.sqrt(np.maximum(np.diagonal((self.square[chosen] * both).sum(axis=0)), 1e-300))
         values, vectors = np.linalg.eigh(0.5 * (information + information.T) / np.outer(size, size))
-        fine = values > 1e-8  # what is left of the columns' information: less is rounding
+        fine = values > 1e-8  # of the columns' own information; less is rounding
         inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)
         strengths = -inverse @ gradient
         return Score(

@@ -259,7 +259,7 @@ def _one_trajectory(problem: Problem, at: Estimate, small: Variances) -> tuple[E
     for _ in range(_ROUNDS):
         *_, solution = equations(problem, at, small)
         (step, share), before = Stride(problem).taken(at, solution), square
-        while share > 1e-3:
+        while share > 1e-3:  # of the step
             tried, there = unforced(moved(problem, at, step, share))
             if there < square:
                 at, square = tried, there

@@ -64,7 +64,7 @@ class ReadingError:
         """The inverse of `of`; poles beyond the limit are drawn in."""
         row, found = np.array(self.coefficients) / largest_pole ** np.arange(1, self.order + 1), np.zeros(self.order)
         for order in range(self.order, 0, -1):
-            found[order - 1] = reflection = float(np.clip(row[-1], 1e-6 - 1.0, 1.0 - 1e-6))  # of finite arctanh
+            found[order - 1] = reflection = float(np.clip(row[-1], 1e-6 - 1.0, 1.0 - 1e-6))  # keeps arctanh finite
             row = (row[:-1] + reflection * row[-2::-1]) / (1.0 - reflection**2)
         return np.concatenate([[np.log(self.innovation)], np.arctanh(found)])
 

@@ -19,6 +19,7 @@ from identification.experiment import Record
 from identification.guesses.motion import driving_channels, input_noise, inputs_of, part
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.contact.base import uses_approach_speed
 from vibrojax.effects.readings import ForceClipping
 from vibrojax.excitation import SampledForce, SampledMotion
 from vibrojax.model import Model
@@ -193,11 +194,7 @@ def unknowns_of(model: Model, parameters: Sequence[Parameter], *, zeros: Sequenc
 
 def _takes_approach_speed(model: Model) -> bool:
     """Whether the contact force depends on the speed at the touch, which is then part of the state."""
-    if not isinstance(model.law, AbstractCompliantLaw):
-        return False
-    number = jax.ShapeDtypeStruct((), float)
-    traced = jax.make_jaxpr(model.law.force)(number, number, number).jaxpr
-    return any(one is traced.invars[2] for step in traced.eqns for one in step.invars)
+    return isinstance(model.law, AbstractCompliantLaw) and uses_approach_speed(model.law)
 
 
 def samples_of_a_segment(records: Sequence[Record], fastest_hz: float, *, mass: float, resolution: float) -> int:

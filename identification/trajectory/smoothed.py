@@ -208,7 +208,7 @@ def _stretches(problem: Problem, at: Estimate, readings: tuple[ReadingError, ...
 
 def _fixed(problem: Problem, at: Estimate, smoothing: float, readings: tuple[ReadingError, ...]) -> _Fixed:
     """The loss at an estimate."""
-    border, stretches, tolerance = problem.border, _stretches(problem, at, readings), 1e-10  # so far the gradient is known
+    border, stretches, tolerance = problem.border, _stretches(problem, at, readings), 1e-10  # of a step; the gradient is then better known
     starts = tuple(at.states[one.knots[:, 0], :2] for one in stretches)
     own_size = np.broadcast_to(border.own_scale, at.own.shape)
     fixed = _Fixed(

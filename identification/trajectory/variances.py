@@ -188,7 +188,7 @@ def likeliest(problem: Problem, at: Estimate, linear: Linearised, begin: Varianc
         return value, slope * unit
 
     bounds, begun = list(zip(least / unit, most / unit, strict=True)), np.clip(start, least, most) / unit
-    found = minimize(in_units, begun, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": iterations, "ftol": 0.05})
+    found = minimize(in_units, begun, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": iterations, "ftol": 0.05})  # of -2 log L
     return at_point(found.x * unit)
 
 

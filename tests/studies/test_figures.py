@@ -139,7 +139,7 @@ def test_a_figure_has_the_width_of_its_style_and_a_caption(look, tmp_path):
     )
     paths = write_study("design", data, tmp_path, look=FIGURE_STYLES[look])
     assert [path.name for path in paths] == [f"design.{suffix}" for suffix in ("nc", "png", "pdf", "svg", "md")]
-    width = FIGURE_STYLES[look].column_mm
+    width = 25.4 * FIGURE_STYLES[look].column
     svg = (tmp_path / "design.svg").read_text()
     assert float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72 * 25.4 == pytest.approx(width, abs=0.1)
     with Image.open(tmp_path / "design.png") as image:

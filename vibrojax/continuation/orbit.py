@@ -6,8 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
-from vibrojax.contact import AbstractCompliantLaw
-from vibrojax.contact.base import uses_approach_speed
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw
 from vibrojax.continuation.rig import ForcedRig, Passage, as_arrays, check_settings, linearised, strobe_from
 from vibrojax.errors import NoConvergenceError
 from vibrojax.integrate import RESULT_MESSAGES, Landing
@@ -222,10 +221,17 @@ def _checked(rig: ForcedRig, passage: Passage) -> Passage:
     passage = Passage(*(np.asarray(leaf) for leaf in jax.device_get(passage)))
     if passage.result != SUCCESS:
         raise NoConvergenceError(f"the motion at {float(rig.frequency_hz):g} Hz breaks off: {RESULT_MESSAGES[int(passage.result)]}")
-    law = rig.model.law
-    if passage.starts_in_contact and isinstance(law, AbstractCompliantLaw) and uses_approach_speed(law):
+    if passage.starts_in_contact and _depends_on_touch(rig.model.law):
         raise NoConvergenceError(
-            f"the motion at {float(rig.frequency_hz):g} Hz is in contact when the cart passes its middle, and {law.name} depends "
+            f"the motion at {float(rig.frequency_hz):g} Hz is in contact when the cart passes its middle, and {rig.model.law.name} depends "
             "on the speed of the touch before that, which the state there does not hold; take a law without that memory"
         )
     return passage
+
+
+def _depends_on_touch(law: AbstractContactLaw) -> bool:
+    """Whether the force depends on the approach speed of the touch that began a contact."""
+    if not isinstance(law, AbstractCompliantLaw):
+        return False
+    slow, fast = (law.force(jnp.asarray(1e-4), jnp.asarray(0.01), jnp.asarray(speed)) for speed in (0.1, 0.2))
+    return bool(slow != fast)

@@ -259,6 +259,9 @@ class RecorderFilter(AbstractEffect):
     def channel(self) -> str | None:
         return self.of_channel
 
+    def scaled(self, factor: Value) -> "RecorderFilter":
+        return self  # it has no strength
+
     def passed(self, readings: Readings, rates: Readings, ts: Float[Array, " time"], own: Own) -> tuple[Readings, Readings, Own]:
         """Readings and their rates behind the filter, and its memory at every sample.
 

@@ -314,7 +314,8 @@ _NEARLY_STRAIGHT = 1e-4
 def _drifts(scales: ProbeScales) -> list["ZeroDrift"]:
     """Every channel that can show one, straight and more and more curved, by its noise in the longest record.
 
-    Without a spring that pulls the hammer back, its only displacement cannot: drift is then a steady velocity that no force opposes.
+    Without a spring that pulls the hammer back, its only displacement cannot: a straight drift is then a steady velocity, which no force
+    opposes, and a drift that settles has that as its limit.
     """
     longest = max(last - first for first, last in scales.clock.values())
     displacements = [channel for channel in scales.channels if UNITS[channel] == "m"]

@@ -11,7 +11,6 @@ ours.
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from string import ascii_lowercase
 from typing import NamedTuple
 
 import jax
@@ -176,8 +175,12 @@ def _named(found: list[Attractor]) -> list[Attractor]:
 
 
 def _letter(number: int) -> str:
-    """1 is a, 26 z, 27 aa, 28 bb."""
-    return ascii_lowercase[(number - 1) % 26] * (1 + (number - 1) // 26)
+    """1 is a, 26 z, 27 aa."""
+    text = ""
+    while number:
+        number, rest = divmod(number - 1, 26)
+        text = chr(ord("a") + rest) + text
+    return text
 
 
 _GROWS = 2

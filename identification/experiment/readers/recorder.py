@@ -242,7 +242,7 @@ class UffReader(AbstractReader):
         _check_end(path)
         with silenced():
             file = library.UFF(str(path))
-            places = [place for place, kind in enumerate(file.get_set_types()) if kind == 58]
+            places = [place for place, kind in enumerate(file.get_set_types()) if kind == 58]  # functions of time or frequency
             heads = [file.read_sets(place, header_only=True) for place in places]
             by_text = [str(head["id1"]).strip() for head in heads]
             by_place = [f"{head['rsp_node']}{DIRECTIONS.get(head['rsp_dir'], '')}" for head in heads]

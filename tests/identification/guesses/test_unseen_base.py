@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.complete.rigs import Job, write_awkward
 from identification.experiment import load_experiment
-from identification.experiment.weak_form import Regression, robust_regression
+from identification.guesses.weak_form import Regression, robust_regression
 from identification.trajectory.start import problem_of
 
 
