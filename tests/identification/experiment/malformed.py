@@ -341,6 +341,14 @@ MALFORMED: tuple[tuple[str, Damage, str], ...] = (
     ("mass to estimate without a force", without_force, r"the mass is to be estimated, and no fitted record holds a force"),
     ("no motion of the hammer", without_motion, r"record 'drop.csv' shows no motion of the hammer, only .*impact_force: expected one of"),
     ("units of a channel without sensor", add('units = { applied_force = "kN" }'), r"expected its table \[sensors\.applied_force\]"),
+    (
+        "unit of a channel that the record lacks",
+        edit(
+            '[[record]]\nfile = "drop.csv"',
+            '[sensors.applied_force]\nunit = "N"\n[[record]]\nunits = { applied_force = "furlong" }\nfile = "drop.csv"',
+        ),
+        r"unit 'furlong' in units of .* is not a known unit",
+    ),
     ("column named twice", add('columns = { impact_force = "F", cart_displacement = "F" }'), r"column 'F' .* is named twice"),
     ("column of two channels", add('columns = { impact_force = "time" }'), r"column 'time' .* serves time and another channel"),
     ("column that is not there", add('columns = { impact_force = "F" }'), r"no column 'F' for impact_force: expected it among time, "),
