@@ -196,3 +196,9 @@ def test_second_mode_agrees_with_an_independent_integration():
     u, _, z, _ = WithMode()()
     x = u + sine(np.asarray(trajectory.ts))[0]
     np.testing.assert_allclose(trajectory.own[:, 0], z[:, 0] - x, atol=1e-5 * np.abs(z[:, 0] - x).max())
+
+
+@pytest.mark.parametrize("effect", [CubicStiffness, QuinticStiffness, ForceSaturation, Hysteresis])
+def test_what_acts_in_a_spring_is_not_looked_for_without_one(effect):
+    assert effect.probe.candidates(SCALES)
+    assert not effect.probe.candidates(dataclasses.replace(SCALES, f_n=0.0))

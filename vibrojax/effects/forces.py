@@ -150,7 +150,7 @@ class CubicStiffness(AbstractEffect):
     equation: ClassVar[str] = "force = -k_3 u^3"
     source: ClassVar[str] = "Duffing 1918"
     probe: ClassVar[Probe] = Probe(
-        lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.amplitude**3)] if scales.amplitude else [], either_sign=True
+        lambda scales: [CubicStiffness(0.01 * scales.flight_force / scales.deflection**3)] if scales.deflection else [], either_sign=True
     )
     """At the largest deflection, a hundredth of the forces in flight."""
 
@@ -174,7 +174,7 @@ class QuinticStiffness(AbstractEffect):
     equation: ClassVar[str] = "force = -k_5 u^5"
     source: ClassVar[str] = "Kovacic and Brennan 2011"
     probe: ClassVar[Probe] = Probe(
-        lambda scales: [QuinticStiffness(0.01 * scales.flight_force / scales.amplitude**5)] if scales.amplitude else [], either_sign=True
+        lambda scales: [QuinticStiffness(0.01 * scales.flight_force / scales.deflection**5)] if scales.deflection else [], either_sign=True
     )
     """At the largest deflection, a hundredth of the forces in flight."""
 
@@ -207,7 +207,7 @@ class ForceSaturation(AbstractEffect):
     source: ClassVar[str] = "Shaw and Holmes 1983"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [
-            ForceSaturation(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude
+            ForceSaturation(0.02 * scales.flight_force, part * scales.deflection) for part in _THRESHOLD_GRID if scales.deflection
         ]
     )
     """A fiftieth of the forces in flight, reached at several parts of the largest deflection."""
@@ -257,7 +257,7 @@ class Hysteresis(AbstractEffect):
     source: ClassVar[str] = "Wen 1976"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="1", scale=0.5),)
     probe: ClassVar[Probe] = Probe(
-        lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.amplitude) for part in _THRESHOLD_GRID if scales.amplitude]
+        lambda scales: [Hysteresis(0.02 * scales.flight_force, part * scales.deflection) for part in _THRESHOLD_GRID if scales.deflection]
     )
     """A fiftieth of the forces in flight, yielding at several parts of the largest deflection."""
 

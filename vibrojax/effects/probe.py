@@ -132,6 +132,11 @@ class ProbeScales:
         return max((abs(stamp) for clock in self.clock.values() for stamp in clock), default=0.0)
 
     @property
+    def deflection(self) -> float:
+        """Largest deflection of the spring, m; 0 without one: its force then has no shape, no end and no memory."""
+        return self.amplitude if self.f_n > 0.0 else 0.0
+
+    @property
     def flight_force(self) -> float:
         """Size of the forces in flight, m v^2 / A of the largest speed and amplitude, N: k A of an oscillator; 0 without motion."""
         return self.mass * self.speed**2 / self.amplitude if self.amplitude > 0 else 0.0
