@@ -28,7 +28,6 @@ from identification.diagnosis.look import Look, all_weighed_anew, best_of_each, 
 from identification.diagnosis.next_experiment import Cause, next_experiment
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, is_twin, search
 from identification.diagnosis.sentences import sentences
-from identification.estimation.estimate import Clock
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
 from identification.estimation.prediction import record_fits
 from identification.estimation.ring_downs import ring_downs
@@ -36,6 +35,7 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, nominal_model
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import chance
+from identification.result.files import Clock
 from identification.result.result import OK, Quantity
 from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.start import problem_of

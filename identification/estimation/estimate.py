@@ -1,7 +1,6 @@
 """Fit of an experiment: one chain per record, and from it estimates, standard errors, checks and predictions."""
 
 import dataclasses
-import time
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -27,6 +26,7 @@ from identification.experiment import Experiment
 from identification.guesses.declared_model import check_clearance, check_smoothing, nominal_model, varying
 from identification.guesses.fitted_part import in_part
 from identification.result.evidence import Unrest, chance
+from identification.result.files import Clock
 from identification.result.result import Added, FitResult, Likelihood, RecordFit
 from identification.trajectory.fit import Fitted, Progress, equations, fit, settled
 from identification.trajectory.remodel import with_variation
@@ -34,19 +34,6 @@ from identification.trajectory.start import Problem, problem_of
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
-
-
-class Clock:
-    """Wall time by stage, s."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, stage: str) -> None:
-        """Record the wall time of a stage that ends."""
-        last, self._last = self._last, time.perf_counter()
-        self.seconds[stage] = self._last - last
 
 
 def fit_experiment(

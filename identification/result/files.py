@@ -7,6 +7,7 @@ import importlib.metadata
 import json
 import math
 import platform
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,19 @@ def origin(experiment: Experiment, seconds: Mapping[str, float], **more: Any) ->
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             versions[name] = importlib.metadata.version(name)
     return {"versions": versions, "sha256": hashes, **more, "seconds": plain(seconds)}
+
+
+class Clock:
+    """Wall time by stage, s."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """Record the wall time of a stage that ends."""
+        last, self._last = self._last, time.perf_counter()
+        self.seconds[stage] = self._last - last
 
 
 def fit_json(result: FitResult) -> dict[str, Any]:
