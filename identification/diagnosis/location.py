@@ -102,7 +102,7 @@ def _by_direction(scored: Scored) -> bool:
 
 
 def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float) -> Profile:
-    """What is missing along a coordinate: the free form's values at its knots.
+    """What is missing along a coordinate: the free form's values at its knots, those left out that the records say nothing of.
 
     Of one over both directions the mean, or half the difference where that is larger: a force that turns with the motion. Of paths in
     several records the mean.
@@ -111,12 +111,13 @@ def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float)
     assert form is not None
     if form.coordinate == "frequency":
         return _line(seen, form, weighed, explained)
-    knots = np.unique(form.columns[:, 0])
-    precision = 1.0 / np.maximum(np.diag(weighed.covariance), 1e-300)
-    shares = np.where(form.columns[:, 0] == knots[:, None], 1.0 if _by_direction(scored) else precision, 0.0)
+    variance = np.diag(weighed.covariance)
+    known = (variance > 0.0) | ~variance.any()
+    knots, precision = np.unique(form.columns[known, 0]), 1.0 / np.where(known, variance, 1.0)
+    shares = np.where((form.columns[:, 0] == knots[:, None]) & known, 1.0 if _by_direction(scored) else precision, 0.0)
     shares /= shares.sum(axis=1, keepdims=True)
     found = []
-    for sign in [np.ones(len(precision))] + ([np.sign(form.columns[:, 1])] if _by_direction(scored) else []):
+    for sign in [np.ones(len(known))] + ([np.sign(form.columns[:, 1])] if _by_direction(scored) else []):
         of_columns = shares * sign
         stderr = np.sqrt(np.maximum(np.einsum("kc,cd,kd->k", of_columns, weighed.covariance, of_columns), 1e-300))
         mean = of_columns @ weighed.strengths

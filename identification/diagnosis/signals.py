@@ -14,7 +14,7 @@ from identification.trajectory.course import Course, Signal
 from identification.trajectory.segments import Chains
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.compiling import soon_compiled
-from vibrojax.contact import AbstractCompliantLaw
+from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.effects import AbstractEffect, Motion
 from vibrojax.shapes import Value
 from vibrojax.steps import runge_kutta_step
@@ -78,7 +78,7 @@ def _added(course: Course, effect: AbstractEffect, own: Float[Array, "time own"]
         add("force", _second_stop(course, effect))
     if effect.does("stop"):
         further = _further_push(course, effect)
-        add("force", -further)
+        add("force", -further - _further_impulse(course, effect))
         add("impact_force", further)
     if effect.does("stop_position"):
         add("stop", effect.stop_position(motion.t, own))
@@ -125,6 +125,18 @@ def _further_push(course: Course, effect: AbstractEffect) -> Float[Array, " time
     if law is system.law or not (isinstance(law, AbstractCompliantLaw) and isinstance(system.law, AbstractCompliantLaw)):
         return jnp.zeros_like(motion.u)
     return _push(law, motion.indentation + system.gap - gap, motion.indentation_rate) - course.push
+
+
+def _further_impulse(course: Course, effect: AbstractEffect) -> Float[Array, " time"]:
+    """Impulses of a rigid stop as the effect changes it, less those of the model, each at the first sample after the touch, N."""
+    system, motion = course.system, course.motion
+    law, _ = effect.stop(system.law, system.gap)
+    if not (isinstance(law, AbstractInstantaneousLaw) and isinstance(system.law, AbstractInstantaneousLaw)):
+        return jnp.zeros_like(motion.u)
+    speed, dt = jnp.maximum(motion.indentation_rate[:-1], 0.0), jnp.diff(motion.t)
+    touched = (speed > 0.0) & (motion.indentation_rate[1:] <= 0.0) & (motion.indentation[:-1] + speed * dt > 0.0)
+    further = system.mass * (law.rebound_speed(speed) - system.law.rebound_speed(speed)) / dt
+    return jnp.pad(jnp.where(touched, further, 0.0), (1, 0))
 
 
 def _push(law: AbstractCompliantLaw, indentation: Float[Array, " time"], rate: Float[Array, " time"]) -> Float[Array, " time"]:

@@ -14,7 +14,7 @@ from tests.effects import rig
 from tests.effects.scales import NOTHING, SCALES
 from vibrojax.channels import CHANNELS, channels
 from vibrojax.contact import Newton, NoContact
-from vibrojax.effects import EFFECTS, CoulombFriction, MissingStop
+from vibrojax.effects import EFFECTS, CoulombFriction, FallingRestitution, MissingStop
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.integrate import Landing
 
@@ -29,7 +29,7 @@ each_effect = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 
 def law(effect):
     """Nominal law beside which the effect acts."""
-    return NoContact() if effect is MissingStop else rig.LAW
+    return {MissingStop: NoContact(), FallingRestitution: Newton(0.7)}.get(effect, rig.LAW)
 
 
 def candidates(effect):

@@ -9,8 +9,8 @@ import pytest
 
 from tests.effects.rig import FINE, GAP, K_I, LAMBDA, LAW, N_I, SUSPENSION, M, Reference, assert_same, simulate, system
 from tests.effects.scales import SCALES
-from vibrojax.contact import HuntCrossley, NoContact
-from vibrojax.effects import BackStop, ContactAdhesion, DeepStop, GapDrift, GapStep, MissingStop, Motion, StopCompliance
+from vibrojax.contact import HuntCrossley, Newton, NoContact
+from vibrojax.effects import BackStop, ContactAdhesion, DeepStop, FallingRestitution, GapDrift, GapStep, MissingStop, Motion, StopCompliance
 from vibrojax.excitation import Unforced, at_rest
 from vibrojax.integrate import Landing
 from vibrojax.model import Model
@@ -193,6 +193,21 @@ def test_candidates_lie_within_the_indentation_and_push_as_much_as_the_nominal_s
     assert DeepStop.probe.candidates(dataclasses.replace(SCALES, deepest=0.0)) == ()
     assert DeepStop.probe.candidates(dataclasses.replace(SCALES, law=NoContact())) == ()
     assert not DeepStop.probe.is_stop
+
+
+# Falling restitution
+
+
+def test_restitution_falls_by_a_power_of_the_speed_and_is_never_above_one():
+    law, gap = FallingRestitution(power=0.5, reference_speed=0.4).stop(Newton(0.6), GAP)
+    speed = np.array([0.0, 0.01, 0.1, 0.4, 1.6])
+    np.testing.assert_allclose(law.rebound_speed(jnp.asarray(speed)), [0.0, 0.01, 0.1, 0.24, 0.48], atol=1e-12)
+    assert gap == GAP
+
+
+def test_a_stop_that_gives_way_keeps_its_law():
+    assert FallingRestitution(0.5, 0.4).stop(LAW, GAP) == (LAW, GAP)
+    assert FallingRestitution.probe.candidates(SCALES) == ()
 
 
 # Gap drift

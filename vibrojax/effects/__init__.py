@@ -40,6 +40,7 @@ from vibrojax.effects.forces import ForceSaturation as ForceSaturation
 from vibrojax.effects.stops import DeepStop as DeepStop
 from vibrojax.effects.forces import AsymmetricDamping as AsymmetricDamping
 from vibrojax.effects.readings import ZeroDrift as ZeroDrift
+from vibrojax.effects.stops import FallingRestitution as FallingRestitution
 # isort: on
 
 EFFECTS: dict[str, type[AbstractEffect]] = {effect.name: effect for effect in final_classes(vars(), AbstractEffect)}

@@ -11,8 +11,8 @@ import numpy as np
 from jax import lax
 
 from vibrojax import smooth
-from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, HuntCrossley, NoContact
-from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS, power_law_contact_time
+from vibrojax.contact import AbstractCompliantLaw, AbstractContactLaw, AbstractInstantaneousLaw, HuntCrossley, NoContact
+from vibrojax.contact.base import IMPACT_DAMPING, IMPACT_EXPONENT, IMPACT_STIFFNESS, SLOWEST_APPROACH, power_law_contact_time
 from vibrojax.effects.base import AbstractEffect, Motion, Own, OwnState, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import parameter
@@ -317,6 +317,46 @@ class DeepStop(AbstractEffect):
 def _gives_way(law: AbstractContactLaw) -> TypeGuard[AbstractCompliantLaw]:
     """Whether there is a stop at all, into which a hammer gets."""
     return isinstance(law, AbstractCompliantLaw) and not isinstance(law, NoContact)
+
+
+class SlowedRebound(AbstractInstantaneousLaw):
+    """A rigid stop whose restitution falls with the speed: e (v / v_1)^-q, at most 1; see `FallingRestitution`."""
+
+    name: ClassVar[str] = "slowed-rebound"
+    title: ClassVar[str] = "a rigid stop whose restitution falls with the speed"
+
+    law: AbstractInstantaneousLaw
+    power: Value
+    reference_speed: Value
+
+    def rebound_speed(self, approach_speed: Scalars) -> Scalars:
+        relative = jnp.maximum(approach_speed, SLOWEST_APPROACH) / self.reference_speed
+        return jnp.minimum(self.law.rebound_speed(approach_speed) * jnp.exp(-self.power * jnp.log(relative)), approach_speed)
+
+
+class FallingRestitution(AbstractEffect):
+    """The restitution of a rigid stop falls with the speed of the impact, by a power of it.
+
+    e(v) = e (v / v_1)^-q, at most 1, with e that of the nominal law: the restitution at v_1, half the largest speed of the records. Full
+    plastic indentation gives q = 1/4; with q = 1 the rebound has the same speed after every impact. Differentiable but where it reaches 1.
+    Beside a stop that gives way it does nothing: there the restitution follows from the law.
+
+    Source: K. L. Johnson, Contact Mechanics (1985), section 11.5, where q = 1/4; W. Goldsmith, Impact (1960), chapter 7, as measured.
+    """
+
+    name: ClassVar[str] = "falling_restitution"
+    summary: ClassVar[str] = "a restitution that falls with the speed of the impact"
+    equation: ClassVar[str] = "e -> e (v / v_1)^-q"
+    source: ClassVar[str] = "Johnson 1985"
+    probe: ClassVar[Probe] = Probe(
+        lambda scales: [FallingRestitution(0.1, 0.5 * scales.speed)] if isinstance(scales.law, AbstractInstantaneousLaw) else []
+    )
+
+    power: Value = parameter("q", "1", start=0.25, upper=1.0, scale=0.1, logarithmic=False, meaning="power by which restitution falls")
+    reference_speed: Value = parameter("v_1", "m/s", start=0.1, lower=1e-6, searched=True, meaning="speed at which the restitution is e")
+
+    def stop(self, law: AbstractContactLaw, gap: Value) -> tuple[AbstractContactLaw, Value]:
+        return (SlowedRebound(law, self.power, self.reference_speed) if isinstance(law, AbstractInstantaneousLaw) else law), gap
 
 
 _DRIFT_WAY = 2e-3
