@@ -61,6 +61,7 @@ class Scales:
         force: rms of the force of the suspension, or of inertia where there is none, N.
         resolution: noise of the best displacement sensor, m.
         own: of the effects' own states.
+        own_begin: standard deviation of these at the beginning of a record, which a fit estimates from all of them.
     """
 
     displacement: float
@@ -68,6 +69,7 @@ class Scales:
     force: float
     resolution: float
     own: np.ndarray
+    own_begin: np.ndarray
 
     @property
     def states(self) -> np.ndarray:
@@ -76,8 +78,8 @@ class Scales:
 
     @property
     def widest(self) -> np.ndarray:
-        """Standard deviation of the states where nothing is known of them: motion of any size, states of effects near rest."""
-        return np.concatenate([10.0 * self.states[:2], 3.0 * self.own])
+        """Standard deviation of the states at the beginning of a record: motion of any size, states of effects near rest."""
+        return np.concatenate([10.0 * self.states[:2], self.own_begin])
 
     @property
     def floor(self) -> np.ndarray:

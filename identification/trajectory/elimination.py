@@ -170,7 +170,8 @@ def _eliminated(problem: Problem, at: Estimate, local: Weighed, force: RandomFor
     band, rhs, products = sums.band.copy(), sums.rhs.copy(), sums.border.copy()
     square, logs = _with_motion(problem, at, local, force, sums, band, rhs, products)
     band[0, :size] = 1.0
-    square += _initial_states(problem, at, local, force, band, rhs[0])
+    initial, log_initial = _initial_states(problem, at, local, force, band, rhs[0])
+    square, logs = square + initial, logs + log_initial
     factor = _factorised(band)
     (solve_triangular,) = get_lapack_funcs(("tbtrs",), (factor,))
     half, _ = solve_triangular(factor, rhs.T, uplo="L", trans="N")
@@ -254,14 +255,20 @@ def _with_motion(
     rhs[0, there] += jump / variance
     rhs[0, here] -= correlation * jump / variance
     square = local.square + float((rows[:, -1] ** 2).sum() + (jump**2 / variance).sum())
-    logs = local.log_determinant + float(2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum() + np.log(variance).sum())
+    moved = np.diagonal(root[local.linked], axis1=1, axis2=2)
+    logs = local.log_determinant + float(2.0 * np.log(moved).sum() + np.log(variance).sum())
     return square, logs + len(chains.knots) * 2.0 * float(np.log(force.std))
 
 
-def _initial_states(problem: Problem, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray) -> float:
+def _initial_states(
+    problem: Problem, at: Estimate, local: Weighed, force: RandomForce, band: np.ndarray, gradient: np.ndarray
+) -> tuple[float, float]:
     """Add the prior at the first knot of every record: motion of any size, states of effects near rest, a force of its stationary size.
 
     Where a segment could not be integrated, the motion at its end is of any size again.
+
+    Returns:
+        Sum of squares, and log determinant of the states: without it a model would gain by the unit of a state that an effect brings.
     """
     chains, wide, size = problem.chains, problem.scales.widest, len(problem.unknowns.states) + 1
     begins = np.array([one.start for one in chains.knots])
@@ -274,7 +281,7 @@ def _initial_states(problem: Problem, at: Estimate, local: Weighed, force: Rando
             added += float((at.states[anew, place] ** 2).sum()) / std**2
     band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
     gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
-    return added + float((at.force[begins] ** 2).sum()) / force.std**2
+    return added + float((at.force[begins] ** 2).sum()) / force.std**2, 2.0 * len(anew) * float(np.log(wide).sum())
 
 
 def _factorised(band: np.ndarray) -> np.ndarray:

@@ -32,6 +32,7 @@ from identification.trajectory.variances import (
     likeliest,
     reweighed,
     vanishes,
+    with_beginnings,
 )
 from identification.wording.numbers import significant
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
@@ -301,6 +302,7 @@ def _converged(
         if count >= coloured_from and not _stays_white(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(problem, at, step, share)
+        problem = with_beginnings(problem, at, solution)
         progress(_line(count, problem, at, force))
         if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
             raise _SamePlace

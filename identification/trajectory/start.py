@@ -347,12 +347,14 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
     force = experiment.mass * ((2.0 * np.pi * f_n) ** 2 * displacement if f_n > 0 else float(np.std(inertia)))
     sensors = ("hammer_displacement", "relative_displacement")
     noise = [record.noise[name] for record in experiment.records for name in sensors if name in record.noise]
+    own = np.array(filters + [velocity for name in unknowns.states[2:] if name == APPROACH_SPEED])
     return Scales(
         displacement=displacement,
         velocity=velocity,
         force=force,
         resolution=min(noise, default=1e-3 * displacement),
-        own=np.array(filters + [velocity for name in unknowns.states[2:] if name == APPROACH_SPEED]),
+        own=own,
+        own_begin=own,
     )
 
 

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from identification.trajectory.chain_equations import Weighed, residuals_after, weighed, whitenings
 from identification.trajectory.elimination import Solution, deviance, solved
 from identification.trajectory.motion import Estimate, Linearised
-from identification.trajectory.posterior import expected_products
+from identification.trajectory.posterior import expected_products, knots_covariance
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import HIGHEST_ORDER, ReadingError, estimated
 from identification.trajectory.start import Problem
@@ -86,6 +86,21 @@ def coloured(
         )
         for c in range(len(chains.channels))
     )
+
+
+def with_beginnings(problem: Problem, at: Estimate, solution: Solution) -> Problem:
+    """The problem with the likelier size of the effects' own states at the beginning of a record, by expectation over all records.
+
+    What is at rest there, as before a single impact, and what swings there, as in steady motion, are models as likely as their states are.
+    """
+    own = slice(2, len(problem.unknowns.states))
+    if own.start == own.stop:
+        return problem
+    begins = [knots.start for knots in problem.chains.knots]
+    variance = np.diagonal(knots_covariance(solution)[begins], axis1=1, axis2=2)[:, own]
+    size = np.sqrt(np.mean(at.states[begins][:, own] ** 2 + variance, axis=0))
+    least = problem.scales.floor[own]
+    return dataclasses.replace(problem, scales=dataclasses.replace(problem.scales, own_begin=np.maximum(size, least)))
 
 
 def largest_pole(problem: Problem) -> float:

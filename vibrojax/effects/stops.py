@@ -59,7 +59,7 @@ class StopCompliance(AbstractEffect):
     probe: ClassVar[Probe] = Probe(_compliances)
 
     stop_stiffness: Value = parameter("k_s", "N/m", start=1e6, lower=1e2, upper=1e12, meaning="stiffness")
-    stop_frequency_hz: Value = parameter("f_s", "Hz", start=500.0, lower=10.0, upper=1e6, meaning="natural frequency of the stop by itself")
+    stop_frequency_hz: Value = parameter("f_s", "Hz", start=500.0, lower=0.1, upper=1e6, meaning="natural frequency of the stop by itself")
     stop_damping_ratio: Value = parameter("ζ_s", "1", start=0.05, lower=1e-5, upper=2.0, meaning="damping ratio of the stop")
 
     def scaled(self, factor: Value) -> "StopCompliance":
