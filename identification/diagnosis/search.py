@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, is_shown_delay, refitted, without
+from identification.diagnosis.augment import augmented, is_shown_delay, loses_mode, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -336,7 +336,8 @@ def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Prog
         fitted = augmented(seen, one.candidate, weighed, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
-    return [dataclasses.replace(one, fitted=fitted, drop=seen.fitted.deviance - fitted.deviance)]
+    drop = 0.0 if loses_mode(fitted, seen.fitted) else seen.fitted.deviance - fitted.deviance
+    return [dataclasses.replace(one, fitted=fitted, drop=drop)]
 
 
 def _numbers(candidate: Candidate, records: int) -> int:

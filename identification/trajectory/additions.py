@@ -14,9 +14,10 @@ from identification.trajectory.chain_equations import Weighed, motion_covariance
 from identification.trajectory.elimination import Solution, solved
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Estimate, Linearised
+from identification.trajectory.random_force import RandomForce
 from identification.trajectory.start import Problem
 from identification.trajectory.step import moved
-from identification.trajectory.variances import Variances, annealed, coloured, reweighed
+from identification.trajectory.variances import Variances, annealed, coloured, reweighed, vanishes
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -167,6 +168,12 @@ class Reduced:
         )
 
 
+def some_force(fitted: Fitted) -> RandomForce:
+    """The random force of a fit; a thousandth of the force of the suspension where nothing is left of it."""
+    force, least = fitted.variances.force, RandomForce(std=1e-3 * fitted.problem.scales.force, memory=fitted.variances.force.memory)
+    return least if vanishes(fitted.problem, force) else force
+
+
 def scorer(problem: Problem, at: Estimate, linear: Linearised, variances: Variances) -> Scorer:
     """Equations of the chain under given variances."""
     white = whitenings(problem.chains, linear, variances.readings)
@@ -208,7 +215,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> Reestimate
     Strengths enter by maximum likelihood, so that models with different columns compare.
     """
     problem, linear, at = _with_columns(fitted, seen, end)
-    rng, force, readings = np.random.default_rng(1), fitted.variances.force, fitted.variances.readings
+    rng, force, readings = np.random.default_rng(1), some_force(fitted), fitted.variances.readings
     tried: list[Reestimated] = []
     count, rounds = seen.shape[-1], 2
     for round_ in range(rounds + 1):

@@ -128,11 +128,8 @@ def fit(
     Raises:
         NoConvergenceError: the equations became singular on the way of the first end.
     """
-    scales, rng = problem.scales, np.random.default_rng(seed)
-    memory, short = scales.displacement / scales.velocity, 2.0 * float(np.median(problem.chains.duration))
-    white = tuple(ReadingError() for _ in problem.chains.channels)
-    first = begin or Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=memory), readings=white)
-    small = Variances(force=RandomForce(std=SMALLEST_FORCE * scales.force, memory=short), readings=white)
+    rng, short, first = np.random.default_rng(seed), 2.0 * float(np.median(problem.chains.duration)), begin or beginning(problem)
+    small = dataclasses.replace(beginning(problem), force=RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=short))
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
     other = None
@@ -165,6 +162,12 @@ def fit(
     if _rank(other) < _rank(found):
         return dataclasses.replace(other, of_readings=True)
     return found
+
+
+def beginning(problem: Problem) -> Variances:
+    """Those from which a fit begins: a random force as large as it may be, and the noise that is declared."""
+    scales, white = problem.scales, tuple(ReadingError() for _ in problem.chains.channels)
+    return Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=scales.displacement / scales.velocity), readings=white)
 
 
 def _at_largest(fitted: Fitted) -> bool:

@@ -320,7 +320,7 @@ def _gives_way(law: AbstractContactLaw) -> TypeGuard[AbstractCompliantLaw]:
 
 
 class SlowedRebound(AbstractInstantaneousLaw):
-    """A rigid stop whose restitution falls with the speed: e (v / v_1)^-q, at most 1; see `FallingRestitution`."""
+    """A rigid stop whose restitution falls with the speed: e / (v / v_1)^q, at most 1; see `FallingRestitution`."""
 
     name: ClassVar[str] = "slowed-rebound"
     title: ClassVar[str] = "a rigid stop whose restitution falls with the speed"
@@ -337,7 +337,7 @@ class SlowedRebound(AbstractInstantaneousLaw):
 class FallingRestitution(AbstractEffect):
     """The restitution of a rigid stop falls with the speed of the impact, by a power of it.
 
-    e(v) = e (v / v_1)^-q, at most 1, with e that of the nominal law: the restitution at v_1, half the largest speed of the records. Full
+    e(v) = e / (v / v_1)^q, at most 1, with e that of the nominal law: the restitution at v_1, half the largest speed of the records. Full
     plastic indentation gives q = 1/4; with q = 1 the rebound has the same speed after every impact. Differentiable but where it reaches 1.
     Beside a stop that gives way it does nothing: there the restitution follows from the law.
 
@@ -346,7 +346,7 @@ class FallingRestitution(AbstractEffect):
 
     name: ClassVar[str] = "falling_restitution"
     summary: ClassVar[str] = "a restitution that falls with the speed of the impact"
-    equation: ClassVar[str] = "e -> e (v / v_1)^-q"
+    equation: ClassVar[str] = "e -> e / (v / v_1)^q"
     source: ClassVar[str] = "Johnson 1985"
     probe: ClassVar[Probe] = Probe(
         lambda scales: [FallingRestitution(0.1, 0.5 * scales.speed)] if isinstance(scales.law, AbstractInstantaneousLaw) else []

@@ -9,6 +9,7 @@ from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
 from identification.diagnosis.look import Candidate
 from identification.trajectory.start import begun_from, problem_of
+from identification.trajectory.variances import LARGEST_FORCE
 from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
 from tests.identification.diagnosis.candidates import probed
@@ -146,10 +147,20 @@ def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
         return dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=10.0))
 
     monkeypatch.setattr(augment, "fit", fit)
-    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, expected=11.0)
-    assert begun == [True]
-    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, expected=9.0)
-    assert begun == [True, True, False]
+    for deviance, expected in ((11.0, [True]), (9.0, [True, True, False])):
+        than = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=deviance))
+        augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, than=than)
+        assert begun == expected
+
+
+def test_a_fit_at_a_mode_stands_before_a_likelier_one_beside_a_model_at_a_mode(seen, monkeypatch):
+    size = LARGEST_FORCE * seen.fitted.problem.scales.force
+    largest = dataclasses.replace(seen.fitted.variances, force=dataclasses.replace(seen.fitted.variances.force, std=size))
+    likelier = dataclasses.replace(seen.fitted, variances=largest, solution=dataclasses.replace(seen.fitted.solution, deviance=-1e6))
+    monkeypatch.setattr(augment, "fit", lambda problem, *, at=None, **given: likelier if at is not None else seen.fitted)
+    for than, found in ((seen.fitted, seen.fitted), (likelier, likelier)):
+        taken = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, than=than)
+        assert taken.deviance == found.deviance
 
 
 def test_a_continued_fit_begins_with_the_estimate_and_the_variances_of_the_model_beside(seen, monkeypatch):

@@ -10,11 +10,13 @@ from identification.trajectory import elimination
 from identification.trajectory.chain_equations import residuals_after
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
+from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
 from identification.trajectory.step import moved
-from identification.trajectory.variances import reweighed
+from identification.trajectory.variances import reweighed, with_beginnings
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
 from tests.identification.trajectory.dense import WHITE, dense, solved
+from vibrojax.effects import SecondMode
 from vibrojax.integrate import Landing
 
 FORCES = [RandomForce(std=std * FORCE, memory=memory) for std, memory in ((1.0, MEMORY), (0.3, 3.0 * MEMORY), (4.0, 0.01))]
@@ -101,6 +103,25 @@ def test_estimate_error_and_likelihood_are_those_of_generalised_least_squares(vi
     assert np.allclose(solution.knots, step[: 3 * knots].reshape(knots, 3), rtol=1e-4, atol=1e-5 * scale.max())
     between = solved(vibrating, other, error)[2].deviance - solution.deviance
     assert between == pytest.approx(dense(vibrating, other, error)[0] - likeliest, abs=1e-3)
+
+
+def test_a_state_that_nothing_shows_adds_nothing_to_the_likelihood(vibrating):
+    model = dataclasses.replace(vibrating.model, effects=(SecondMode(1e-12, 30.0, 0.05),))
+    beside = remodelled(vibrating, vibrating.start, model)
+    beside = dataclasses.replace(beside, border=dataclasses.replace(beside.border, shared=np.array([True, True, False, False, False])))
+    assert solved(beside, FORCES[0])[2].deviance == pytest.approx(solved(vibrating, FORCES[0])[2].deviance, abs=1e-3)
+
+
+@pytest.mark.parametrize("begin", [1.0, 1e2])
+def test_states_at_the_beginning_become_likelier_by_expectation(vibrating, begin):
+    model = dataclasses.replace(vibrating.model, effects=(SecondMode(0.1, 30.0, 0.05),))
+    beside = remodelled(vibrating, vibrating.start, model)
+    scales = dataclasses.replace(beside.scales, own_begin=begin * beside.scales.own)
+    beside = dataclasses.replace(beside, scales=scales)
+    _, local, before = solved(beside, FORCES[0])
+    after = with_beginnings(beside, moved(beside, beside.start, before, 1.0), before)
+    assert np.any(np.abs(after.scales.own_begin / scales.own_begin - 1.0) > 0.05)
+    assert elimination.deviance(after, beside.start, local, FORCES[0]) < before.deviance
 
 
 def test_a_step_within_limits_is_the_best_beside_what_is_held_there(vibrating):
