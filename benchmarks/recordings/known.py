@@ -121,7 +121,7 @@ KNOWN = (
     Known(
         recipe="airtrack_metal",
         question="The same riders with metal ends. Does one coefficient of restitution describe them?",
-        truth="straight lines before and after: restitution falls from 0.32 at 0.02 m/s to 0.07 at 0.74 m/s; impacts last less than two samples",
+        truth="restitution falls from 0.32 at 0.02 m/s to 0.07 at 0.74 m/s (straight lines); impacts last less than two samples",
         expected=(("falling_restitution",),),
         cannot="The law of the contact: the cameras take 500 frames a second.",
     ),

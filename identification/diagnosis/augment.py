@@ -19,7 +19,7 @@ from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.segments import OF_RECORD
 from identification.trajectory.start import Problem, begun_from
-from identification.trajectory.variances import is_largest, is_no_mode, vanishes
+from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
 from vibrojax.effects.free_form import FreeForm
 from vibrojax.errors import NoConvergenceError
@@ -39,7 +39,7 @@ def augmented(seen: Look, candidate: Candidate, weighed: Reestimated, *, progres
     """
     of_stop = candidate.members[0].probe.is_stop or candidate.members[0].does("stop")
     begun = seen if of_stop else at_first_order(seen, weighed)
-    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, than=seen.fitted)
+    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, simpler=seen.fitted)
 
 
 def at_first_order(seen: Look, weighed: Reestimated) -> Look:
@@ -47,7 +47,7 @@ def at_first_order(seen: Look, weighed: Reestimated) -> Look:
     return dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, at=weighed.at, variances=weighed.variances))
 
 
-def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, than: Fitted | None = None) -> Fitted:
+def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, simpler: Fitted | None = None) -> Fitted:
     """A problem fitted from an estimate and variances near its own; unless that is as likely as it must be, anew from both ends.
 
     Where physics is missing, the estimate may be far off, and reading errors may have taken the place of physics: then the fit from the
@@ -58,8 +58,8 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
         problem: that begins at the measured trajectory.
         near: estimate of it from another model; None where that says nothing.
         beside: that model, of which the variances begin.
-        than: model that it contains. The first fit is good enough where it is as likely, unless its random force is as large as it may be;
-            without a force it is, unless reading errors had taken its place. Where that has come to a mode, a fit at one stands before others.
+        simpler: model that it contains. The first fit is good enough where it is as likely, unless its random force is as large as it may
+            be; without a force it is, unless reading errors had taken its place. Of two fits, one better `only_by_force` comes second.
         progress: called with a line in each round.
     """
     found = None
@@ -70,7 +70,7 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
     if found is not None:
         force = found.variances.force
         explained = vanishes(problem, force) and not beside.of_readings
-        if explained or (than is not None and found.deviance <= than.deviance and not is_largest(problem, force)):
+        if explained or (simpler is not None and found.deviance <= simpler.deviance and not is_largest(problem, force)):
             return found
     try:
         anew = fit(problem, progress=progress)
@@ -80,12 +80,12 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
         return found
     if found is None or not anew.converged:
         return found or anew
-    return min(anew, found, key=lambda one: (than is not None and loses_mode(one, than), one.deviance))
+    return min(anew, found, key=lambda one: (simpler is not None and only_by_force(one, simpler), one.deviance))
 
 
-def loses_mode(fitted: Fitted, than: Fitted) -> bool:
-    """Whether a fit has come to no mode of its likelihood, as a model that it contains has: then it is not the likelier one."""
-    return is_no_mode(fitted.problem, fitted.variances.force) and not is_no_mode(than.problem, than.variances.force)
+def only_by_force(fitted: Fitted, other: Fitted) -> bool:
+    """Whether a fit has its random force at the upper limit, where any motion is explained, and another model has not."""
+    return is_largest(fitted.problem, fitted.variances.force) and not is_largest(other.problem, other.variances.force)
 
 
 def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progress) -> Fitted:

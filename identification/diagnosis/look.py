@@ -16,11 +16,11 @@ from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scorer, some_force
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
-from identification.trajectory.fit import Fitted, beginning
+from identification.trajectory.fit import Fitted, first_variances
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import Chains
-from identification.trajectory.variances import Variances
+from identification.trajectory.variances import Variances, vanishes
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
 from vibrojax.effects.formula import Formula
@@ -103,8 +103,8 @@ class Look:
 def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:
     """Score every listed effect and every term of the user that the model does not hold, and the free forms.
 
-    Scores hold the variances, which what is missing may have made too large: every candidate is scored under several (`_variances`), and its
-    largest gain counts. They only choose what is estimated anew.
+    Scores hold the variances, which what is missing may have made too large: every candidate is scored under several (`_variances`), and
+    its largest gain counts. They only choose what is estimated anew.
     """
     along, sampled = courses(fitted)
     by, scales = by_sample(fitted, sampled), probe_scales(fitted, along)
@@ -307,14 +307,14 @@ def _batch(fitted: Fitted, by: BySample, scorers: list[Scorer], batch: list[Cand
 
 
 def _variances(fitted: Fitted) -> list[Variances]:
-    """Those of the fit; white reading errors of the same size; a tenth of the random force. Each once.
+    """Those of the fit; a tenth of the random force; white reading errors of the same size. Each once.
 
-    Where no random force is left, rounding leaves nothing of what another force says, and reading errors may have taken its place: then those
-    from which a fit begins, and a little force.
+    Without a random force, rounding would leave nothing of what another force says, and reading errors may have taken its place: then a
+    little force beside those errors, and the variances from which a fit begins.
     """
     own, force = fitted.variances, some_force(fitted)
-    if force is not own.force:
-        return [own, beginning(fitted.problem), dataclasses.replace(own, force=force)]
+    if vanishes(fitted.problem, own.force):
+        return [own, dataclasses.replace(own, force=force), first_variances(fitted.problem)]
     found = [own, dataclasses.replace(own, force=RandomForce(std=0.1 * force.std, memory=force.memory))]
     if any(one.order for one in own.readings):
         found.append(dataclasses.replace(own, readings=tuple(ReadingError(innovation=one.std) for one in own.readings)))

@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.diagnosis.augment import refitted
+from identification.diagnosis.augment import only_by_force, refitted
 from identification.diagnosis.decide import LEVEL
 from identification.estimation.parameters import LARGEST_STDERR, between_records, record_estimates, variations
 from identification.estimation.varying import LOGS, with_variations
@@ -111,4 +111,5 @@ def if_still_needed(fitted: Fitted, progress: Progress) -> Fitted:
     except (np.linalg.LinAlgError, NoConvergenceError):
         return fitted
     gain = lesser.deviance - fitted.deviance
-    return lesser if lesser.converged and not chance(gain, len(names), 1) < LEVEL else fitted
+    needed = only_by_force(lesser, fitted) or chance(gain, len(names), 1) < LEVEL
+    return lesser if lesser.converged and not needed else fitted

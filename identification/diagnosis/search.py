@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, is_shown_delay, loses_mode, refitted, without
+from identification.diagnosis.augment import augmented, is_shown_delay, only_by_force, refitted, without
 from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -336,8 +336,8 @@ def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Prog
         fitted = augmented(seen, one.candidate, weighed, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
-    drop = 0.0 if loses_mode(fitted, seen.fitted) else seen.fitted.deviance - fitted.deviance
-    return [dataclasses.replace(one, fitted=fitted, drop=drop)]
+    drop = seen.fitted.deviance - fitted.deviance
+    return [dataclasses.replace(one, fitted=fitted, drop=min(drop, 0.0) if only_by_force(fitted, seen.fitted) else drop)]
 
 
 def _numbers(candidate: Candidate, records: int) -> int:
@@ -411,7 +411,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             lesser = refitted(*without(final, one.name), final, progress)
         except (np.linalg.LinAlgError, NoConvergenceError):  # without it the motion cannot be followed
             continue
-        if not lesser.converged:
+        if not lesser.converged or only_by_force(lesser, final):
             continue
         rise = lesser.deviance - final.deviance
         again = judge.with_held_back(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise, held_back=0.0))

@@ -128,7 +128,10 @@ def _further_push(course: Course, effect: AbstractEffect) -> Float[Array, " time
 
 
 def _further_impulse(course: Course, effect: AbstractEffect) -> Float[Array, " time"]:
-    """Impulses of a rigid stop as the effect changes it, less those of the model, each at the first sample after the touch, N."""
+    """Impulses of a rigid stop as the effect changes it, less those of the model, over the sampling interval, N.
+
+    Each is at the first sample after the touch; linear between samples, it acts in part before, where the stop reflects it.
+    """
     system, motion = course.system, course.motion
     law, _ = effect.stop(system.law, system.gap)
     if not (isinstance(law, AbstractInstantaneousLaw) and isinstance(system.law, AbstractInstantaneousLaw)):

@@ -155,7 +155,8 @@ class Reduced:
         information = (self.information[chosen] * both).sum(axis=0) - shared.T @ self.covariance @ shared
         if not np.isfinite(information).all():
             return None
-        size = np.sqrt(np.maximum(np.diagonal((self.square[chosen] * both).sum(axis=0)), 1e-300))
+        square = np.diagonal((self.square[chosen] * both).sum(axis=0))
+        size = np.sqrt(np.where(square > 0.0, square, np.inf))  # of a column that is nowhere, nothing is known
         values, vectors = np.linalg.eigh(0.5 * (information + information.T) / np.outer(size, size))
         fine = values > 1e-8  # of the columns' own information; less is rounding
         inverse = (vectors[:, fine] / values[fine]) @ vectors[:, fine].T / np.outer(size, size)

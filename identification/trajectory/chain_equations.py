@@ -61,7 +61,7 @@ class Scales:
         force: rms of the force of the suspension, or of inertia where there is none, N.
         resolution: noise of the best displacement sensor, m.
         own: of the effects' own states.
-        own_begin: standard deviation of these at the beginning of a record, which a fit estimates from all of them.
+        own_initial: standard deviation of these at the beginning of a record, which a fit estimates from all of them.
     """
 
     displacement: float
@@ -69,7 +69,7 @@ class Scales:
     force: float
     resolution: float
     own: np.ndarray
-    own_begin: np.ndarray
+    own_initial: np.ndarray
 
     @property
     def states(self) -> np.ndarray:
@@ -79,7 +79,12 @@ class Scales:
     @property
     def widest(self) -> np.ndarray:
         """Standard deviation of the states at the beginning of a record: motion of any size, states of effects near rest."""
-        return np.concatenate([10.0 * self.states[:2], self.own_begin])
+        return np.concatenate([10.0 * self.states[:2], self.own_initial])
+
+    @property
+    def unknown(self) -> np.ndarray:
+        """Standard deviation of the states behind a segment that was not integrated: motion of any size, states of effects of their own."""
+        return np.maximum(self.widest, self.states)
 
     @property
     def floor(self) -> np.ndarray:

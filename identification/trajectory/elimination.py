@@ -265,23 +265,24 @@ def _initial_states(
 ) -> tuple[float, float]:
     """Add the prior at the first knot of every record: motion of any size, states of effects near rest, a force of its stationary size.
 
-    Where a segment could not be integrated, the motion at its end is of any size again.
+    Where a segment could not be integrated, the motion at its end is of any size again, and states of effects are of their own.
 
     Returns:
         Sum of squares, and log determinant of the states: without it a model would gain by the unit of a state that an effect brings.
     """
-    chains, wide, size = problem.chains, problem.scales.widest, len(problem.unknowns.states) + 1
-    begins = np.array([one.start for one in chains.knots])
-    anew = np.concatenate([begins, 1 + chains.left[~local.linked]])
+    chains, scales, size = problem.chains, problem.scales, len(problem.unknowns.states) + 1
+    begins, lost = np.array([one.start for one in chains.knots]), 1 + chains.left[~local.linked]
+    anew = np.concatenate([begins, lost])
+    stds = np.concatenate([np.tile(scales.widest, (len(begins), 1)), np.tile(scales.unknown, (len(lost), 1))])
     added = 0.0
-    for place, std in enumerate(wide):
+    for place, std in enumerate(stds.T):
         band[0, size * (1 + anew) + place] += 1.0 / std**2
         if place >= 2:  # the prior of the motion is centred wherever the estimate is: it only keeps the equations definite
             gradient[size * (1 + anew) + place] += at.states[anew, place] / std**2
-            added += float((at.states[anew, place] ** 2).sum()) / std**2
+            added += float((at.states[anew, place] ** 2 / std**2).sum())
     band[0, size * (1 + begins) + size - 1] += 1.0 / force.std**2
     gradient[size * (1 + begins) + size - 1] += at.force[begins] / force.std**2
-    return added + float((at.force[begins] ** 2).sum()) / force.std**2, 2.0 * len(anew) * float(np.log(wide).sum())
+    return added + float((at.force[begins] ** 2).sum()) / force.std**2, 2.0 * float(np.log(stds).sum())
 
 
 def _factorised(band: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ from identification.trajectory.variances import (
     likeliest,
     reweighed,
     vanishes,
-    with_beginnings,
+    with_initial_size,
 )
 from identification.wording.numbers import significant
 from vibrojax.contact import AbstractInstantaneousLaw, NoContact
@@ -128,8 +128,8 @@ def fit(
     Raises:
         NoConvergenceError: the equations became singular on the way of the first end.
     """
-    rng, short, first = np.random.default_rng(seed), 2.0 * float(np.median(problem.chains.duration)), begin or beginning(problem)
-    small = dataclasses.replace(beginning(problem), force=RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=short))
+    rng, short, first = np.random.default_rng(seed), 2.0 * float(np.median(problem.chains.duration)), begin or first_variances(problem)
+    small = dataclasses.replace(first_variances(problem), force=RandomForce(std=SMALLEST_FORCE * problem.scales.force, memory=short))
     if all(group.prescribed is not None for group in problem.chains.groups):  # nothing moves freely: all that differs is read
         return _converged(problem, problem.start, small, rng, progress, coloured_from=_HELD_ROUNDS, held=_ROUNDS)
     other = None
@@ -164,7 +164,7 @@ def fit(
     return found
 
 
-def beginning(problem: Problem) -> Variances:
+def first_variances(problem: Problem) -> Variances:
     """Those from which a fit begins: a random force as large as it may be, and the noise that is declared."""
     scales, white = problem.scales, tuple(ReadingError() for _ in problem.chains.channels)
     return Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=scales.displacement / scales.velocity), readings=white)
@@ -201,6 +201,7 @@ def _of_one_trajectory(problem: Problem, small: Variances, rng: np.random.Genera
     for count in range(_HELD_ROUNDS):
         variances = _likelier(problem, at, linear, variances)
         linear, local, solution = equations(problem, at, variances)
+        problem = with_initial_size(problem, moved(problem, at, solution, 1.0), solution)
         progress(_line(count, problem, at, variances.force))
         if not vanishes(problem, variances.force) or change(problem, at, solution) < _SMALL_STEP:
             break
@@ -305,7 +306,7 @@ def _converged(
         if count >= coloured_from and not _stays_white(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(problem, at, step, share)
-        problem = with_beginnings(problem, at, solution)
+        problem = with_initial_size(problem, at, solution)
         progress(_line(count, problem, at, force))
         if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
             raise _SamePlace

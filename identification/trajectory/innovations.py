@@ -30,7 +30,7 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
     errors = np.stack([one for _, one in parts], axis=2).reshape(segments, -1)
     counted = np.stack([one.scale > 0 for one in white], axis=2).reshape(segments, -1)
     found = np.full(counted.shape, np.nan)
-    wide = np.concatenate([scales.widest, [force.std]]) ** -2.0
+    wide, unknown = np.concatenate([scales.widest, [force.std]]) ** -2.0, scales.unknown**-2.0
     precision, gradient = np.zeros((inside, inside)), np.zeros(inside)
     ahead = np.empty((segments, inside, inside)), np.empty((segments, inside))
     for k in range(segments):
@@ -42,11 +42,11 @@ def innovations(fitted: Fitted) -> Float[np.ndarray, "segments samples channels"
             gradient[size + 2 : 2 * size - 1] = fitted.at.states[chains.left[k], 2:] * wide[2:-1]
         elif not fitted.local.linked[k - 1]:
             states = np.arange(size, 2 * size - 1)
-            precision[states, states] += wide[:-1]
+            precision[states, states] += unknown
         precision, gradient = precision + motion[k], gradient + drive[k]
         if not fitted.local.linked[k]:
             states = np.arange(2 * size, 3 * size - 1)
-            precision[states, states] += wide[:-1]
+            precision[states, states] += unknown
         ahead[0][k], ahead[1][k] = precision, gradient
         precision = precision + fitted.local.gram[k, :inside, :inside]
         gradient = gradient + fitted.local.right[k, :inside]

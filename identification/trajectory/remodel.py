@@ -70,13 +70,14 @@ def remodelled(
         own=np.stack([np.where(acts.get(name, True), own_values[name], 0.0) for name in unknowns.own], axis=1),
     )
     new = tuple(p for p in parameters if p.name in of_effects)
-    sizes, begins = (dict(zip(before.states[2:], one, strict=True)) for one in (problem.scales.own, problem.scales.own_begin))
+    sizes = dict(zip(before.states[2:], problem.scales.own, strict=True))
+    initial = dict(zip(before.states[2:], problem.scales.own_initial, strict=True))
     for effect in model.acting:
         for state in effect.own_states:
             name = f"{effect.name}.{state.name}"
             if name not in sizes:
                 sizes[name] = float(np.sqrt(np.mean(knot_values.get(name, nothing) ** 2))) or state.scale or 1.0
-                begins[name] = sizes[name]
+                initial[name] = sizes[name]
     fastest = max([values.get("f_n", 0.0)] + [record.excitation_frequency or 0.0 for record in problem.experiment.records])
     step = step_in_flight(problem.experiment.records, model, fastest)
     late = late_channels(model)
@@ -90,7 +91,9 @@ def remodelled(
         parameters=parameters,
         unknowns=unknowns,
         scales=dataclasses.replace(
-            problem.scales, **{key: np.array([of[name] for name in unknowns.states[2:]]) for key, of in (("own", sizes), ("own_begin", begins))}
+            problem.scales,
+            own=np.array([sizes[name] for name in unknowns.states[2:]]),
+            own_initial=np.array([initial[name] for name in unknowns.states[2:]]),
         ),
         border=_border(problem, model, acts, unknowns.own, new, kept, start),
         integrator=dataclasses.replace(problem.integrator, flight_step=jax.device_put(np.asarray(step))),

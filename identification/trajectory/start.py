@@ -354,7 +354,7 @@ def _scales(experiment: Experiment, motions: list[Kinematics | None], f_n: float
         force=force,
         resolution=min(noise, default=1e-3 * displacement),
         own=own,
-        own_begin=own,
+        own_initial=own,
     )
 
 

@@ -1,7 +1,7 @@
 """Variances of a chain: size and memory of the random force by restricted maximum likelihood, reading errors by expectation.
 
 Reading errors are estimated from samples of the posterior, or, where they compete with the force, together with it by the gradient of the
-likelihood.
+likelihood; the size of effects' own states at the beginning of a record by expectation.
 
 Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338 (restricted likelihood); G. C. G. Wei, M. A. Tanner, J. Am. Stat. Assoc. 85
 (1990) 699-704 (expectation by samples); T. A. Louis, J. R. Stat. Soc. B 44 (1982) 226-233 (gradient by expected products).
@@ -88,7 +88,7 @@ def coloured(
     )
 
 
-def with_beginnings(problem: Problem, at: Estimate, solution: Solution) -> Problem:
+def with_initial_size(problem: Problem, at: Estimate, solution: Solution) -> Problem:
     """The problem with the likelier size of the effects' own states at the beginning of a record, by expectation over all records.
 
     What is at rest there, as before a single impact, and what swings there, as in steady motion, are models as likely as their states are.
@@ -96,11 +96,14 @@ def with_beginnings(problem: Problem, at: Estimate, solution: Solution) -> Probl
     own = slice(2, len(problem.unknowns.states))
     if own.start == own.stop:
         return problem
-    begins = [knots.start for knots in problem.chains.knots]
-    variance = np.diagonal(knots_covariance(solution)[begins], axis1=1, axis2=2)[:, own]
+    begins, scales = [knots.start for knots in problem.chains.knots], problem.scales
+    try:
+        covariance = knots_covariance(solution)[begins]
+    except np.linalg.LinAlgError:  # rounding has spoilt it: the size stays
+        return problem
+    variance = np.minimum(np.diagonal(covariance, axis1=1, axis2=2)[:, own], scales.own_initial**2)
     size = np.sqrt(np.mean(at.states[begins][:, own] ** 2 + variance, axis=0))
-    least = problem.scales.floor[own]
-    return dataclasses.replace(problem, scales=dataclasses.replace(problem.scales, own_begin=np.maximum(size, least)))
+    return dataclasses.replace(problem, scales=dataclasses.replace(scales, own_initial=np.maximum(size, scales.floor[own])))
 
 
 def largest_pole(problem: Problem) -> float:

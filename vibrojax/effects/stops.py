@@ -337,9 +337,9 @@ class SlowedRebound(AbstractInstantaneousLaw):
 class FallingRestitution(AbstractEffect):
     """The restitution of a rigid stop falls with the speed of the impact, by a power of it.
 
-    e(v) = e / (v / v_1)^q, at most 1, with e that of the nominal law: the restitution at v_1, half the largest speed of the records. Full
-    plastic indentation gives q = 1/4; with q = 1 the rebound has the same speed after every impact. Differentiable but where it reaches 1.
-    Beside a stop that gives way it does nothing: there the restitution follows from the law.
+    e(v) = e / (v / v_1)^q, at most 1, with e that of the nominal law: the restitution at v_1, half the largest speed of the records. Fully
+    plastic indentation gives q = 1/4; with q = 1 the rebound has the same speed after every impact. Slow impacts, below v_1 e^(1/q), lose
+    nothing. Differentiable but where e(v) reaches 1. Beside a stop that gives way, whose law says the restitution, it does nothing.
 
     Source: K. L. Johnson, Contact Mechanics (1985), section 11.5, where q = 1/4; W. Goldsmith, Impact (1960), chapter 7, as measured.
     """
@@ -349,7 +349,9 @@ class FallingRestitution(AbstractEffect):
     equation: ClassVar[str] = "e -> e / (v / v_1)^q"
     source: ClassVar[str] = "Johnson 1985"
     probe: ClassVar[Probe] = Probe(
-        lambda scales: [FallingRestitution(0.1, 0.5 * scales.speed)] if isinstance(scales.law, AbstractInstantaneousLaw) else []
+        lambda scales: (
+            [FallingRestitution(0.1, 0.5 * v)] if isinstance(scales.law, AbstractInstantaneousLaw) and (v := scales.speed) else []
+        )
     )
 
     power: Value = parameter("q", "1", start=0.25, upper=1.0, scale=0.1, logarithmic=False, meaning="power by which restitution falls")

@@ -111,12 +111,18 @@ class StrobeMap(AbstractPlaneMap):
 
 
 def check_plane(model: Model) -> None:
-    """Raise `InputError` where an effect has a state of its own, so that states are no plane."""
+    """Raise `InputError` where an effect has a state of its own, so that states are no plane, or changes the law of a rigid stop."""
     names = [effect.name for effect in model.rig.effects if effect.own_states]
     if names:
         raise InputError(
             f"manifolds are asked for, and {', '.join(names)} has a state of its own: expected a model whose state is u and u', since "
             "curves bound basins in a plane alone; leave the manifolds or the effect out"
+        )
+    changed = [effect.name for effect in model.rig.effects if effect.does("stop") and isinstance(model.rig.law, AbstractInstantaneousLaw)]
+    if changed:
+        raise InputError(
+            f"manifolds are asked for beside {', '.join(changed)}: expected a rigid stop of one restitution, by which curves are continued "
+            "through it; leave the manifolds or the effect out"
         )
 
 

@@ -148,18 +148,18 @@ def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
 
     monkeypatch.setattr(augment, "fit", fit)
     for deviance, expected in ((11.0, [True]), (9.0, [True, True, False])):
-        than = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=deviance))
-        augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, than=than)
+        simpler = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=deviance))
+        augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
         assert begun == expected
 
 
-def test_a_fit_at_a_mode_stands_before_a_likelier_one_beside_a_model_at_a_mode(seen, monkeypatch):
+def test_a_fit_with_the_force_at_its_limit_comes_second_where_the_simpler_model_has_less(seen, monkeypatch):
     size = LARGEST_FORCE * seen.fitted.problem.scales.force
     largest = dataclasses.replace(seen.fitted.variances, force=dataclasses.replace(seen.fitted.variances.force, std=size))
     likelier = dataclasses.replace(seen.fitted, variances=largest, solution=dataclasses.replace(seen.fitted.solution, deviance=-1e6))
     monkeypatch.setattr(augment, "fit", lambda problem, *, at=None, **given: likelier if at is not None else seen.fitted)
-    for than, found in ((seen.fitted, seen.fitted), (likelier, likelier)):
-        taken = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, than=than)
+    for simpler, found in ((seen.fitted, seen.fitted), (likelier, likelier)):
+        taken = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
         assert taken.deviance == found.deviance
 
 

@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.look import Look, _packed, _scored
+from identification.diagnosis.look import Look, _packed, _scored, _variances
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.variances import SMALLEST_FORCE, is_largest, vanishes
 from tests.identification.diagnosis.candidates import probed
 
 NAMES = ("mains_hum", "gap_step", "quadratic_drag")
@@ -34,6 +36,25 @@ def test_scores_do_not_depend_on_what_else_is_scored_nor_on_shared_columns(seen:
         assert found.gain == pytest.approx(alone.gain, rel=1e-6)
         assert np.allclose(found.strengths, alone.strengths, rtol=1e-6, atol=1e-9)
         assert np.array_equal(found.known, alone.known)
+
+
+def test_a_column_that_is_nowhere_has_neither_strength_nor_direction(seen: Look, candidates):
+    drag = candidates[2]
+    nowhere = dataclasses.replace(drag.signals[0], force=0.0 * drag.signals[0].force)
+    (found,) = _scored(seen.fitted, seen.by, [dataclasses.replace(drag, signals=(*drag.signals, nowhere))])
+    (alone,) = _scored(seen.fitted, seen.by, [drag])
+    assert found.gain == pytest.approx(alone.gain, rel=1e-9)
+    assert found.strengths[1] == 0.0 and not found.directions[1].any() and not found.known[1]
+
+
+def test_a_force_is_scored_where_the_fit_has_no_random_force(seen: Look, candidates):
+    """Under the variances of such a fit alone, rounding leaves nothing of it."""
+    none = RandomForce(std=SMALLEST_FORCE * seen.fitted.problem.scales.force, memory=seen.fitted.variances.force.memory)
+    without = dataclasses.replace(seen.fitted, variances=dataclasses.replace(seen.fitted.variances, force=none))
+    own, some, first = _variances(without)
+    assert own.force is none and not vanishes(without.problem, some.force) and is_largest(without.problem, first.force)
+    (found,) = _scored(without, seen.by, [candidates[2]])
+    assert found.known.all() and found.strengths[0] != 0.0
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")

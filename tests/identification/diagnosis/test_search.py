@@ -15,6 +15,7 @@ from identification.diagnosis.search import LARGE_PART, MOST_EFFECTS, Alternativ
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
+from identification.trajectory.variances import LARGEST_FORCE
 from tests.effects.start import at_start
 from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS, AbstractEffect, TimeOffset
@@ -427,6 +428,16 @@ def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_n
     tried.clear()
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["time_offset", "second_mode"]
+
+
+@pytest.mark.parametrize(("size", "drop"), [(0.1, 40.0), (1.0, 0.0)])
+def test_what_only_the_random_force_explains_is_no_gain(seen, monkeypatch, size, drop):
+    largest = RandomForce(std=size * LARGEST_FORCE * seen.fitted.problem.scales.force, memory=0.01)
+    variances = dataclasses.replace(seen.fitted.variances, force=largest)
+    found = dataclasses.replace(fitted(seen, deviance=-40.0), variances=variances)
+    monkeypatch.setattr(module, "augmented", lambda *of, progress: found)
+    (one,) = module._refitted(dataclasses.replace(seen, fitted=fitted(seen)), alternative("quadratic_drag", 30.0), None, lambda line: None)
+    assert one.drop == pytest.approx(drop)
 
 
 def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_at_first_order(seen, monkeypatch):

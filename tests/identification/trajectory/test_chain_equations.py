@@ -13,7 +13,7 @@ from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.remodel import remodelled
 from identification.trajectory.start import Problem
 from identification.trajectory.step import moved
-from identification.trajectory.variances import reweighed, with_beginnings
+from identification.trajectory.variances import reweighed, with_initial_size
 from tests.identification.trajectory.conftest import FORCE, MASS, MEMORY, NOISE, RATE, Linear
 from tests.identification.trajectory.dense import WHITE, dense, solved
 from vibrojax.effects import SecondMode
@@ -116,11 +116,11 @@ def test_a_state_that_nothing_shows_adds_nothing_to_the_likelihood(vibrating):
 def test_states_at_the_beginning_become_likelier_by_expectation(vibrating, begin):
     model = dataclasses.replace(vibrating.model, effects=(SecondMode(0.1, 30.0, 0.05),))
     beside = remodelled(vibrating, vibrating.start, model)
-    scales = dataclasses.replace(beside.scales, own_begin=begin * beside.scales.own)
+    scales = dataclasses.replace(beside.scales, own_initial=begin * beside.scales.own)
     beside = dataclasses.replace(beside, scales=scales)
     _, local, before = solved(beside, FORCES[0])
-    after = with_beginnings(beside, moved(beside, beside.start, before, 1.0), before)
-    assert np.any(np.abs(after.scales.own_begin / scales.own_begin - 1.0) > 0.05)
+    after = with_initial_size(beside, moved(beside, beside.start, before, 1.0), before)
+    assert np.any(np.abs(after.scales.own_initial / scales.own_initial - 1.0) > 0.05)
     assert elimination.deviance(after, beside.start, local, FORCES[0]) < before.deviance
 
 
