@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.recovery.concealed import SENSORS, STOP_AND_CART, SUSPENSION, assert_recovered
+from tests.recovery.concealed import RIGID, SENSORS, STOP_AND_CART, SUSPENSION, assert_recovered
 from vibrojax.effects import EFFECTS
 
 
@@ -13,4 +13,4 @@ def test_the_effect_is_named_alone(name, tmp_path):
 
 
 def test_every_effect_that_is_looked_for_is_among_those_recovered():
-    assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS)) == sorted(EFFECTS)
+    assert sorted((*SUSPENSION, *STOP_AND_CART, *SENSORS, *RIGID)) == sorted(EFFECTS)
