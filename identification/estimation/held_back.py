@@ -41,8 +41,8 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Progress =
     problem = problem_of(dataclasses.replace(experiment, records=records, parameters={}), law=model.law.name)
     if model.effects:
         problem = remodelled(problem, problem.start, dataclasses.replace(problem.model, effects=model.effects))
-        of_states = {name: getattr(fitted.problem.scales, name) for name in ("own", "own_initial")}
-        problem = dataclasses.replace(problem, scales=dataclasses.replace(problem.scales, **of_states))
+        of = fitted.problem.scales
+        problem = dataclasses.replace(problem, scales=dataclasses.replace(problem.scales, own=of.own, own_initial=of.own_initial))
     varying = {name: float(fitted.problem.border.own_scale[place]) for name, place in variations(fitted.problem).items()}
     problem = with_variation(problem, varying)
     shared = np.array([fitted.at.shared[fitted.problem.unknowns.index(name)] for name, _ in problem.unknowns.shared])

@@ -121,12 +121,8 @@ def _added_force(diagnosis: Diagnosis, profile: Profile) -> np.ndarray | None:
     Where the profile turns with the motion, that while u' > 0 and the opposite of that while u' < 0.
     """
     phase = diagnosis.location.phase if diagnosis.location is not None else ""
-    if (
-        len(profile.center) < 2
-        or profile.quantity != "force"
-        or profile.coordinate not in ("displacement", "velocity", "indentation")
-        or phase == "contact"
-    ):
+    along_motion = profile.quantity == "force" and profile.coordinate in ("displacement", "velocity", "indentation")
+    if len(profile.center) < 2 or not along_motion or phase == "contact":
         return None
     force = flight_force(diagnosis.augmented.records, diagnosis.model)
     if force is None:

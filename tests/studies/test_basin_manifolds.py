@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vibrojax.contact import HuntCrossley
-from vibrojax.effects import FrequencyDrift, SecondMode
+from vibrojax.contact import HuntCrossley, Newton
+from vibrojax.effects import FallingRestitution, FrequencyDrift, SecondMode
 from vibrojax.errors import InputError
 from vibrojax.model import Model
 from vibrojax.studies import basins
@@ -68,6 +68,12 @@ def test_a_picture_of_one_motion_has_no_boundary():
 def test_a_state_beyond_u_and_its_rate_is_refused():
     model = Model(0.5, Linear(0.03, 5.0), HuntCrossley(1e6, 1.5, 1.5), effects=(SecondMode(0.1, 40.0, 0.01),))
     with pytest.raises(InputError, match="second_mode has a state of its own: expected a model whose state is u and u'"):
+        checked_rig(model, 1, *GRID, POINT)
+
+
+def test_a_rigid_stop_of_more_than_one_restitution_is_refused():
+    model = Model(0.5, Linear(0.03, 5.0), Newton(0.7), effects=(FallingRestitution(0.25, 0.1),))
+    with pytest.raises(InputError, match="beside falling_restitution: expected a rigid stop of one restitution"):
         checked_rig(model, 1, *GRID, POINT)
 
 
