@@ -5,6 +5,7 @@ variances found: a difference of two marginal likelihoods. Strengths are integra
 """
 
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool
@@ -29,20 +30,23 @@ class LeftOut:
 
     Attributes:
         fitted: the model.
-        density: -2 log predictive density of the records held back, else of those left out in turn.
-        in_turn: records predicted by what the others say; empty where some are held back.
-        held_back: records that entered no fit.
+        density: -2 log predictive density of the records held back, else of those left out in turn; infinite where the model fails there.
+        chain: of the records held back; None where there are none, or where the model fails there.
     """
 
     fitted: Fitted
     density: float
-    in_turn: tuple[RecordFit, ...]
-    held_back: tuple[RecordFit, ...]
+    chain: Fitted | None = None
 
-    @property
+    @cached_property
+    def held_back(self) -> tuple[RecordFit, ...]:
+        """Records that entered no fit, with their predictions."""
+        return () if self.chain is None else record_fits(_unknown_values(self.chain))
+
+    @cached_property
     def error(self) -> float:
         """Rms error of the free motion on records held back, else on those left out in turn; 1 where the model cannot follow them."""
-        return rms_nrmse(self.held_back or self.in_turn) if np.isfinite(self.density) else 1.0
+        return rms_nrmse(self.held_back or left_out_fits(self.fitted)) if np.isfinite(self.density) else 1.0
 
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
@@ -50,10 +54,10 @@ def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
     try:
         chain = held_back_chain(fitted, experiment)
         if chain is None:
-            return LeftOut(fitted=fitted, density=left_out_density(fitted), in_turn=left_out_fits(fitted), held_back=())
+            return LeftOut(fitted=fitted, density=left_out_density(fitted))
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong model may leave no motion that comes near what it has not seen
-        return LeftOut(fitted=fitted, density=np.inf, in_turn=(), held_back=())
-    return LeftOut(fitted=fitted, density=chain.deviance, in_turn=(), held_back=record_fits(_unknown_values(chain)))
+        return LeftOut(fitted=fitted, density=np.inf)
+    return LeftOut(fitted=fitted, density=chain.deviance, chain=chain)
 
 
 def folds(fitted: Fitted) -> tuple[Bool[np.ndarray, " segments"], ...]:

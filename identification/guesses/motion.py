@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from scipy.interpolate import CubicSpline, splev, splrep
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
@@ -222,12 +222,13 @@ def measured_force(record: Record) -> SampledForce:
     return SampledForce(signal=_signal(CubicSpline(record.time, bridged(record.time, record.channels["applied_force"]))))
 
 
-def part(signal: CubicSignal, first: int, samples: int) -> CubicSignal:
-    """The pieces of a signal under a stretch, padded to `samples` knots: the last piece goes on, also at the last sample."""
-    index, last = np.arange(first, first + samples), signal.coefficients.shape[1] - 1
+def parts(signal: CubicSignal, first: Int[np.ndarray, " parts"], samples: int) -> CubicSignal:
+    """The pieces of a signal under stretches, padded to `samples` knots: the last piece goes on, also at the last sample."""
+    last = signal.coefficients.shape[1] - 1
+    index = first[:, None] + np.arange(samples)
     pieces = np.minimum(index, last)
-    knots = signal.knots[pieces] + np.maximum(index - max(first, last), 0) * 1.0
-    return CubicSignal(knots=knots, coefficients=signal.coefficients[:, pieces[:-1]])
+    knots = signal.knots[pieces] + np.maximum(index - np.maximum(first, last)[:, None], 0) * 1.0
+    return CubicSignal(knots=knots, coefficients=np.moveaxis(np.asarray(signal.coefficients)[:, pieces[:, :-1]], 0, 1))
 
 
 def _smoothing(time: np.ndarray, values: np.ndarray, noise: float) -> Any:

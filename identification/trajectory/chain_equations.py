@@ -177,16 +177,18 @@ def reaching(by: np.ndarray, states: int, order: int) -> Float[np.ndarray, "segm
 
     `by` are those of a segment's residuals by its states, its force, and the border; (segments, samples, columns).
     """
-    return np.concatenate([_over_columns(tail(by, order), states, 0), _over_columns(by, states, 1)], axis=1)
+    found = np.zeros((len(by), order + by.shape[1], 2 * states + by.shape[-1] + 1))
+    _put(found[:, :order], tail(by, order), states, 0)
+    _put(found[:, order:], by, states, 1)
+    return found
 
 
-def _over_columns(by: np.ndarray, states: int, knot: int) -> np.ndarray:
-    """Derivatives by the states at a knot, the force there and at the next one, and the border, over the columns of `Weighed`."""
-    size, found = states + 1, np.zeros((*by.shape[:-1], 2 * states + by.shape[-1] + 1))
+def _put(found: np.ndarray, by: np.ndarray, states: int, knot: int) -> None:
+    """Put derivatives by the states at a knot, the force there and at the next one, and the border, into the columns of `Weighed`."""
+    size = states + 1
     found[..., knot * size : (knot + 1) * size] = by[..., :size]
     found[..., (knot + 2) * size - 1] = by[..., size]
     found[..., 3 * size :] = by[..., size + 1 :]
-    return found
 
 
 def whitened_rows(
@@ -210,7 +212,8 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
         gram += turned @ rows
         right += (turned @ residual[..., None])[..., 0]
         squares.append(float((residual**2).sum()))
-    defect = -_over_columns(scaled(chains, border, linear.end_by, states), states, 1)
+    defect = np.zeros((segments, states, columns))
+    _put(defect, -scaled(chains, border, linear.end_by, states), states, 1)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
     gap = at.states[chains.left + 1] - linear.end
     lost = ~linear.done

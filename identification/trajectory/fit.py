@@ -94,8 +94,8 @@ class Fitted:
         return np.sqrt(np.diag(self.solution.covariance)) * self.problem.border.shared_scale
 
 
-class _SamePlace(Exception):
-    """The other end of a fit has come to where the first one ended."""
+class _AddsNothing(Exception):
+    """The other end of a fit has come to where the first one ended or began."""
 
 
 def fit(
@@ -181,10 +181,10 @@ def _rank(fitted: Fitted) -> tuple[bool, bool, float]:
 
 
 def _converged_or_none(*args, **options) -> Fitted | None:
-    """`_converged`; None where physics is missing and the way from no force leads nowhere, or back to where the first end is."""
+    """`_converged`; None where physics is missing and the way from no force leads nowhere, or to where the first end is."""
     try:
         return _converged(*args, **options)
-    except (np.linalg.LinAlgError, _SamePlace):
+    except (np.linalg.LinAlgError, _AddsNothing):
         return None
 
 
@@ -290,7 +290,8 @@ def _converged(
     """Rounds of one Gauss-Newton step and new variances, until both stay, at least so many; the random force is held in the first `held`.
 
     Raises:
-        _SamePlace: with most of the random force of the fit from the other end, its parameters have come to those of that fit.
+        _AddsNothing: with most of the random force of the fit from the other end, its parameters have come to those of that fit; or they
+            still move after all rounds, beside the largest force, and that fit has converged.
     """
     force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
@@ -309,22 +310,27 @@ def _converged(
         problem = with_initial_size(problem, at, solution)
         progress(_line(count, problem, at, force))
         if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
-            raise _SamePlace
+            raise _AddsNothing
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= least and stays and off < _SMALL_STEP:
             break
-    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1)
+    astray = is_largest(problem, force) and off >= _SMALL_STEP
+    if astray and first is not None and first.converged:
+        raise _AddsNothing
+    most = 1 if astray else 6  # steps do not bring back what goes astray beside the largest force
+    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, most=most)
 
 
 def _with_likeliest(
-    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int
+    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, most: int
 ) -> Fitted:
-    """Steps with the likeliest variances: those of force and readings at once, where both are there and compete, or each by itself."""
-    force, readings, stride, most = variances.force, variances.readings, Stride(problem), 6
+    """At most so many steps with the likeliest variances: of force and readings at once, where they compete, or each by itself."""
+    force, readings, stride = variances.force, variances.readings, Stride(problem)
     linear, local, solution = equations(problem, at, variances)
     for last in range(most):
+        near = last > 0 and change(problem, at, solution) < _SMALL_STEP
         if not vanishes(problem, force) and any(one.order for one in readings):
-            force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if last else 12)
+            force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if near else 12)
         else:
             if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
                 force = annealed(problem, at, local, force, evaluations=40)

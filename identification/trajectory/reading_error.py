@@ -130,11 +130,11 @@ class Whitening:
         segments, samples, order = self.lags.shape
         if not order:
             return reach * self.scale[..., None]
-        matrix, here = np.zeros((segments, samples, order + samples)), np.arange(samples)
-        matrix[:, here, order + here] = self.scale
-        for lag in range(1, order + 1):
-            matrix[:, here, order + here - lag] = -self.lags[..., lag - 1] * self.scale
-        return matrix @ reach
+        matrix = np.zeros((segments, samples * (order + samples)))
+        for lag in range(order + 1):
+            diagonal = matrix[:, order - lag :: order + samples + 1][:, :samples]
+            diagonal[:] = -self.lags[..., lag - 1] * self.scale if lag else self.scale
+        return matrix.reshape(segments, samples, -1) @ reach
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Whitened values; (segments, samples, ...)."""

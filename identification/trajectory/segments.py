@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
-from identification.guesses.motion import driving_channels, input_noise, inputs_of, part
+from identification.guesses.motion import driving_channels, input_noise, inputs_of, parts
 from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.contact.base import uses_approach_speed
@@ -308,7 +308,8 @@ def _segments(
     count = -(-len(time) // samples)
     dt = float(np.median(np.diff(time)))
     padded = np.concatenate([time, time[-1] + dt * np.arange(1, count * samples - len(time) + 2)])
-    rows = samples * np.arange(count)[:, None] + np.arange(samples + 1)
+    first = samples * np.arange(count)
+    rows = first[:, None] + np.arange(samples + 1)
     driving = driving_channels(record)
     measured, weight = np.zeros((count * samples, len(channels))), np.zeros((count * samples, len(channels)))
     ahead = {name: np.zeros(count * samples) for name in late}
@@ -339,25 +340,20 @@ def _segments(
         weight=weight,
         gap=np.full(count, record.gap),
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
-        motion=_motion_parts(inputs.cart, samples, count),
-        applied=None if inputs.applied is None else SampledForce(signal=_parts(inputs.applied.signal, samples, count)),
+        motion=_motion_parts(inputs.cart, first, samples),
+        applied=None if inputs.applied is None else SampledForce(signal=parts(inputs.applied.signal, first, samples + 2)),
         ahead={name: values.reshape(count, samples) for name, values in ahead.items()} if late else None,
-        prescribed=_motion_parts(inputs.prescribed, samples, count),
+        prescribed=_motion_parts(inputs.prescribed, first, samples),
         resting=resting,
         channels=channels,
     )
     return segments, lost + (weight > 0).sum(axis=(0, 1))
 
 
-def _motion_parts(motion: SampledMotion | None, samples: int, count: int) -> SampledMotion | None:
-    """`_parts` of a motion."""
+def _motion_parts(motion: SampledMotion | None, first: Int[np.ndarray, " segments"], samples: int) -> SampledMotion | None:
+    """The pieces of a motion under each segment, with one knot more."""
     if motion is None:
         return None
     return SampledMotion(
-        position=_parts(motion.position, samples, count), second_derivative=_parts(motion.second_derivative, samples, count)
+        position=parts(motion.position, first, samples + 2), second_derivative=parts(motion.second_derivative, first, samples + 2)
     )
-
-
-def _parts(signal, samples: int, count: int):
-    """The pieces of a signal under each segment, with one knot more."""
-    return jax.tree.map(lambda *leaves: np.stack(leaves), *(part(signal, samples * k, samples + 2) for k in range(count)))

@@ -31,7 +31,7 @@ def predicted(seen, monkeypatch):
         def left_out(fitted: Fitted, experiment) -> LeftOut:
             asked.append(fitted)
             density, error = predictions[len(asked) - 1]
-            return Known(fitted=fitted, density=density, in_turn=(), held_back=(), known=error)
+            return Known(fitted=fitted, density=density, known=error)
 
         monkeypatch.setattr(module, "left_out", left_out)
         first, *rest = seen.fitted.problem.experiment.records

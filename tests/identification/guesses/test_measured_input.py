@@ -5,7 +5,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from identification.experiment import Record
-from identification.guesses.motion import measured_motion, part
+from identification.guesses.motion import measured_motion, parts
 from vibrojax.excitation import CubicSignal
 
 
@@ -33,6 +33,8 @@ def test_a_part_is_right_up_to_the_last_sample_of_the_record():
     time = 0.1 * np.arange(20)
     spline = CubicSpline(time, np.sin(time))
     whole = CubicSignal(knots=np.asarray(spline.x), coefficients=np.asarray(spline.c))
-    for first in (0, 10, 16, 18, 19):
-        piece = part(whole, first, 10)
+    begins = np.array([0, 10, 16, 18, 19])
+    pieces = parts(whole, begins, 10)
+    for place, first in enumerate(begins):
+        piece = CubicSignal(knots=pieces.knots[place], coefficients=pieces.coefficients[place])
         assert np.allclose([float(piece(jnp.asarray(t))) for t in time[first : first + 9]], np.sin(time[first : first + 9]), atol=1e-12)
