@@ -28,7 +28,7 @@ _WEIGHED = 6
 _WORTH_WEIGHING = 0.05
 """Score over the best one, from which a candidate is weighed: while physics is missing, scores are up to six times too small."""
 LARGE_PART = 0.05
-"""Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
+"""Random force over that of the suspension, or reading error beyond the noise over the signal, above which scores give no order."""
 _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
@@ -386,14 +386,11 @@ def _lies_in_contact(seen: Look) -> bool:
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
-    """Whether so much is taken for random that the scores of candidates do not order them."""
+    """Whether so much is taken for random, the noise declared left out, that the scores of candidates do not order them."""
     problem = fitted.problem
-    signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
-    parts = [
-        variances.force.std / problem.scales.force,
-        *(one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True)),
-    ]
-    return bool(max(parts) > LARGE_PART)
+    signals = np.maximum(np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1)), 1.0)
+    beyond = np.sqrt([max(one.std**2 - 1.0, 0.0) for one in variances.readings])
+    return bool(max(variances.force.std / problem.scales.force, *(beyond / signals)) > LARGE_PART)
 
 
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
