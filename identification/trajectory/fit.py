@@ -113,7 +113,7 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode.
+    beside one that has come to a mode. The second end stops where it leads to the first one's.
 
     Args:
         problem: of an experiment.
@@ -156,10 +156,7 @@ def fit(
         none = dataclasses.replace(found.at, force=np.zeros_like(found.at.force))
         begun = None if gone else found
         other = _converged_or_none(problem, none, small, rng, progress, coloured_from=0, held=_HELD_ROUNDS, first=begun)
-    lacks_stop = isinstance(problem.model.law, NoContact) and "impact_force" in problem.chains.channels
-    if other is None or (lacks_stop and _at_largest(found) and _at_largest(other)):
-        return found  # a stop is missing: no random force follows its impacts, and errors of the force cell would hide them
-    if _rank(other) < _rank(found):
+    if other is not None and _rank(other) < _rank(found):
         return dataclasses.replace(other, of_readings=True)
     return found
 
@@ -168,11 +165,6 @@ def first_variances(problem: Problem) -> Variances:
     """Those from which a fit begins: a random force as large as it may be, and the noise that is declared."""
     scales, white = problem.scales, tuple(ReadingError() for _ in problem.chains.channels)
     return Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=scales.displacement / scales.velocity), readings=white)
-
-
-def _at_largest(fitted: Fitted) -> bool:
-    """Whether a fit has converged to a random force as large as it may be."""
-    return fitted.converged and is_largest(fitted.problem, fitted.variances.force)
 
 
 def _rank(fitted: Fitted) -> tuple[bool, bool, float]:
@@ -290,8 +282,8 @@ def _converged(
     """Rounds of one Gauss-Newton step and new variances, until both stay, at least so many; the random force is held in the first `held`.
 
     Raises:
-        _AddsNothing: with most of the random force of the fit from the other end, its parameters have come to those of that fit; or they
-            still move after all rounds, beside the largest force, and that fit has converged.
+        _AddsNothing: with most of the random force of the fit from the other end, its parameters have come to those of that fit; or its
+            random force to the largest one, from which that fit came.
     """
     force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
@@ -304,20 +296,17 @@ def _converged(
         )
         if count >= held:
             force = annealed(problem, at, local, force, evaluations=6 if count < held + 3 else 10)
-        if count >= coloured_from and not _stays_white(problem, force):
+        if count >= coloured_from and not _holds_readings(problem, force):
             readings = coloured(problem, at, linear, local, force, rng, draws=1)
         at = moved(problem, at, step, share)
         problem = with_initial_size(problem, at, solution)
         progress(_line(count, problem, at, force))
-        if first is not None and force.std > _BACK * first.variances.force.std and _is_near(first, at):
+        if first is not None and _leads_to(first, problem, at, before, force):
             raise _AddsNothing
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= least and stays and off < _SMALL_STEP:
             break
-    astray = is_largest(problem, force) and off >= _SMALL_STEP
-    if astray and first is not None and first.converged:
-        raise _AddsNothing
-    most = 1 if astray else 6  # steps do not bring back what goes astray beside the largest force
+    most = 1 if is_largest(problem, force) and off >= _SMALL_STEP else 6  # steps do not bring back what goes astray beside such a force
     return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, most=most)
 
 
@@ -329,12 +318,12 @@ def _with_likeliest(
     linear, local, solution = equations(problem, at, variances)
     for last in range(most):
         near = last > 0 and change(problem, at, solution) < _SMALL_STEP
-        if not vanishes(problem, force) and any(one.order for one in readings):
+        if any(one.order for one in readings) and not (vanishes(problem, force) or _holds_readings(problem, force)):
             force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if near else 12)
         else:
             if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
                 force = annealed(problem, at, local, force, evaluations=40)
-            if not _stays_white(problem, force):
+            if not _holds_readings(problem, force):
                 readings = coloured(problem, at, linear, local, force, rng, draws=4)
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
@@ -387,7 +376,7 @@ def equations(problem: Problem, at: Estimate, variances: Variances) -> tuple[Lin
     return linear, local, solution
 
 
-def _stays_white(problem: Problem, force: RandomForce) -> bool:
+def _holds_readings(problem: Problem, force: RandomForce) -> bool:
     """Whether reading errors stay as they are: beside a stop, as long as the random force is as large as it may be.
 
     They would take up what the force cannot, and let the contact law go astray.
@@ -395,9 +384,12 @@ def _stays_white(problem: Problem, force: RandomForce) -> bool:
     return is_largest(problem, force) and not isinstance(problem.model.law, NoContact)
 
 
-def _is_near(first: Fitted, at: Estimate) -> bool:
-    """Whether the shared parameters of an estimate are those of a fit, to within some of its standard errors."""
-    return bool(np.all(np.abs(at.shared - first.at.shared) <= _NEAR * first.stderr + 1e-12))
+def _leads_to(first: Fitted, problem: Problem, at: Estimate, before: RandomForce, force: RandomForce) -> bool:
+    """Whether the way of the other end leads to where a fit has ended, or, for two rounds, to the largest force, from which it came."""
+    if is_largest(problem, before) and is_largest(problem, force):
+        return True
+    near = np.all(np.abs(at.shared - first.at.shared) <= _NEAR * first.stderr + 1e-12)
+    return bool(near and force.std > _BACK * first.variances.force.std)
 
 
 def _line(count: int, problem: Problem, at: Estimate, force: RandomForce) -> str:

@@ -15,6 +15,7 @@ from identification.diagnosis.search import LARGE_PART, MOST_EFFECTS, Alternativ
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
+from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.variances import LARGEST_FORCE
 from tests.effects.start import at_start
 from vibrojax.contact import NoContact
@@ -390,6 +391,19 @@ def test_candidates_that_are_weighed_side_by_side_keep_their_places(seen, monkey
 
     monkeypatch.setattr(look_module, "weighed_anew", one)
     assert look_module.all_weighed_anew(seen, range(9)) == [None if each == 3 else (seen, each) for each in range(9)]
+
+
+def test_a_channel_that_reads_little_but_noise_hides_no_order(seen):
+    chains = seen.fitted.problem.chains
+    noise = np.random.default_rng(0).standard_normal(chains.weight.shape)
+    quiet = dataclasses.replace(chains, measured=noise / np.maximum(chains.weight, 1e-300))
+    beside = dataclasses.replace(seen.fitted, problem=dataclasses.replace(seen.fitted.problem, chains=quiet))
+
+    def hides(times: float) -> bool:
+        readings = tuple(ReadingError(innovation=times) for _ in chains.channels)
+        return module._hides_the_order(beside, dataclasses.replace(seen.fitted.variances, readings=readings))
+
+    assert not hides(1.0) and hides(2.0)
 
 
 def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(seen):

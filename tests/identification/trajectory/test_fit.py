@@ -7,8 +7,9 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
+from identification.trajectory import fit as module
 from identification.trajectory.elimination import solved
-from identification.trajectory.fit import _rank, equations, fit, settled
+from identification.trajectory.fit import Fitted, _rank, equations, fit, settled
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling, not_shown
@@ -155,3 +156,23 @@ def test_of_two_ends_a_converged_one_counts_then_a_mode_then_the_likelier_one(vi
     likelier_lost = dataclasses.replace(lost, solution=likelier)
     ends = [lost, at_limit, likelier_lost, found]
     assert [id(one) for one in sorted(ends, key=_rank)] == [id(one) for one in (found, at_limit, likelier_lost, lost)]
+
+
+def test_an_end_that_arrives_at_the_largest_force_is_dropped_and_one_that_goes_astray_there_is_hardly_polished(vibrating, monkeypatch):
+    first, polished = fit(vibrating), []
+    with_likeliest = module._with_likeliest
+
+    def counted(*given, most: int, **options):
+        polished.append(most)
+        return with_likeliest(*given, most=most, **options)
+
+    def rounds(other: Fitted | None):
+        rng, begin = np.random.default_rng(0), module.first_variances(vibrating)
+        return module._converged_or_none(vibrating, vibrating.start, begin, rng, lambda line: None, coloured_from=0, first=other)
+
+    monkeypatch.setattr(module, "_with_likeliest", counted)
+    assert rounds(None) is not None and polished == [6]
+    monkeypatch.setattr(module, "change", lambda *given: 1.0)
+    monkeypatch.setattr(module, "annealed", lambda problem, at, local, force, **given: force)
+    assert rounds(None) is not None and polished == [6, 1]
+    assert rounds(first) is None and polished == [6, 1]
