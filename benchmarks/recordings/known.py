@@ -81,7 +81,7 @@ KNOWN = (
         question="A programmed spring is taken for a linear one without an end. Where does its force depart from that?",
         truth=f"{_SPRING} up to 5 N and constant beyond; hard stop at 6.2 mm",
         expected=(("force_saturation",), ("missing_stop",)),
-        cannot="The stop's stiffness: an impact lasts some ten samples, and the accelerometer shows it 0.1 ms after the displacement.",
+        cannot="The stop's stiffness: an impact lasts about ten samples, and the acceleration lags the displacement by one or two.",
     ),
     Known(
         recipe="cyberdiver_threshold_10",

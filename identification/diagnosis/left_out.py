@@ -50,7 +50,7 @@ class LeftOut:
 
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
-    """What a fitted model predicts of the records held back, else of each record by what the others say; nothing where it fails there."""
+    """What a fitted model predicts of the records held back, else of each record by what the others say."""
     try:
         chain = held_back_chain(fitted, experiment)
         if chain is None:

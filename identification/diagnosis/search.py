@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from identification.diagnosis.augment import augmented, is_shown_delay, only_by_force, refitted, without
-from identification.diagnosis.decide import LEVEL
+from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
 from identification.diagnosis.scatter import contradicted, gain_of_values, if_still_needed, with_values
@@ -28,7 +28,7 @@ _WEIGHED = 6
 _WORTH_WEIGHING = 0.05
 """Score over the best one, from which a candidate is weighed: while physics is missing, scores are up to six times too small."""
 LARGE_PART = 0.05
-"""Random force over that of the suspension, or reading error beyond the noise over the signal, above which scores give no order."""
+"""Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
 _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
@@ -386,11 +386,11 @@ def _lies_in_contact(seen: Look) -> bool:
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
-    """Whether so much is taken for random, the noise declared left out, that the scores of candidates do not order them."""
+    """Whether so much is taken for random that the scores of candidates do not order them; noise as declared hides nothing."""
     problem = fitted.problem
-    signals = np.maximum(np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1)), 1.0)
-    beyond = np.sqrt([max(one.std**2 - 1.0, 0.0) for one in variances.readings])
-    return bool(max(variances.force.std / problem.scales.force, *(beyond / signals)) > LARGE_PART)
+    signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
+    errors = [one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True) if one.std > BEYOND_NOISE]
+    return bool(max([variances.force.std / problem.scales.force, *errors]) > LARGE_PART)
 
 
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:

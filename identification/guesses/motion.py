@@ -223,11 +223,11 @@ def measured_force(record: Record) -> SampledForce:
 
 
 def parts(signal: CubicSignal, first: Int[np.ndarray, " parts"], samples: int) -> CubicSignal:
-    """The pieces of a signal under stretches, padded to `samples` knots: the last piece goes on, also at the last sample."""
+    """The pieces of a signal under stretches that begin with the piece `first`; the last piece goes on to fill up `samples` knots."""
     last = signal.coefficients.shape[1] - 1
     index = first[:, None] + np.arange(samples)
     pieces = np.minimum(index, last)
-    knots = signal.knots[pieces] + np.maximum(index - np.maximum(first, last)[:, None], 0) * 1.0
+    knots = signal.knots[pieces] + np.maximum(index - np.maximum(first, last)[:, None], 0)
     return CubicSignal(knots=knots, coefficients=np.moveaxis(np.asarray(signal.coefficients)[:, pieces[:, :-1]], 0, 1))
 
 

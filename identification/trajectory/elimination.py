@@ -42,7 +42,6 @@ class Solution:
         own_inverse: covariance of each record's own unknowns with the shared ones held; (records, own, own).
         own_by_shared: fall of these with the shared ones; (records, own, parameters).
         precision: of the shared step, scaled: the information of all records, priors, and what is assumed about the estimate.
-        rows: record of each row of the knots' Hessian; (knots (states + 1),).
     """
 
     deviance: float
@@ -59,7 +58,7 @@ class Solution:
     own_inverse: np.ndarray
     own_by_shared: np.ndarray
     precision: np.ndarray
-    rows: np.ndarray
+    _rows: np.ndarray
 
     @property
     def knots_by_outside(self) -> np.ndarray:
@@ -84,7 +83,7 @@ class Solution:
         step = np.clip(lsq_linear(root, root @ self.shared, (least - rounding, most + rounding), method="bvls").x, least, most)
         change = step - self.shared
         of_own = -self.own_by_shared @ change
-        knots = self.by_shared @ change + (self.by_own * of_own[self.rows]).sum(axis=1)
+        knots = self.by_shared @ change + (self.by_own * of_own[self._rows]).sum(axis=1)
         return dataclasses.replace(self, shared=step, own=self.own + of_own, knots=self.knots - knots.reshape(self.knots.shape))
 
     def draw(self, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,7 +94,7 @@ class Solution:
         noise = rng.standard_normal(self.factor.shape[1])
         (solve_triangular,) = get_lapack_funcs(("tbtrs",), (self.factor,))
         chain, _ = solve_triangular(self.factor, noise[:, None], uplo="L", trans="T")
-        knots = chain[:, 0] - self.by_shared @ shared - (self.by_own * own[self.rows]).sum(axis=1)
+        knots = chain[:, 0] - self.by_shared @ shared - (self.by_own * own[self._rows]).sum(axis=1)
         return self.shared + shared, self.own + own, self.knots + knots.reshape(self.knots.shape)
 
 
@@ -131,7 +130,7 @@ def solved(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -
         own_inverse=inverse * (border.own[:, :, None] & border.own[:, None, :]),
         own_by_shared=lead * border.own[:, :, None],
         precision=precision,
-        rows=rows,
+        _rows=rows,
     )
 
 

@@ -95,7 +95,7 @@ class Fitted:
 
 
 class _AddsNothing(Exception):
-    """The other end of a fit has come to where the first one ended or began."""
+    """The other end of a fit leads nowhere beside the first one."""
 
 
 def fit(
@@ -113,7 +113,8 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode. The second end stops where it leads to the first one's.
+    beside one that has come to a mode. The second end is dropped where it meets the first one's parameters, or, where that has converged,
+    arrives at the largest force.
 
     Args:
         problem: of an experiment.
@@ -143,7 +144,7 @@ def fit(
         if other is not None:  # its residuals ask for a random force, beside which the trajectory moves
             other = _converged_or_none(problem, other.at, other.variances, rng, progress, coloured_from=0)
     coloured_from, held = (0, _HELD_ROUNDS) if vanishes(problem, first.force) else (_COLOURED_FROM, 1)
-    least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white, and are estimated at the end
+    least = (held if begin else max(coloured_from, held)) + 2  # reading errors of another fit are not white: they are not waited for
     try:
         found = _converged(problem, at or problem.start, first, rng, progress, coloured_from=coloured_from, held=held, least=least)
     except np.linalg.LinAlgError as error:
@@ -283,7 +284,7 @@ def _converged(
 
     Raises:
         _AddsNothing: with most of the random force of the fit from the other end, its parameters have come to those of that fit; or its
-            random force to the largest one, from which that fit came.
+            random force stays as large as it may be, and that fit has converged.
     """
     force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
@@ -306,15 +307,22 @@ def _converged(
         stays = abs(np.log(force.std / before.std)) < 0.05 or vanishes(problem, force)
         if count >= least and stays and off < _SMALL_STEP:
             break
-    most = 1 if is_largest(problem, force) and off >= _SMALL_STEP else 6  # steps do not bring back what goes astray beside such a force
-    return _with_likeliest(problem, at, Variances(force=force, readings=readings), rng, progress, rounds=count + 1, most=most)
+    diverges = is_largest(problem, force) and off >= _SMALL_STEP
+    variances = Variances(force=force, readings=readings)
+    found = _with_likeliest(problem, at, variances, rng, progress, rounds=count + 1, diverges=diverges)
+    if first is not None and first.converged and is_largest(problem, found.variances.force):
+        raise _AddsNothing
+    return found
 
 
 def _with_likeliest(
-    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, most: int
+    problem: Problem, at: Estimate, variances: Variances, rng: np.random.Generator, progress: Progress, *, rounds: int, diverges: bool
 ) -> Fitted:
-    """At most so many steps with the likeliest variances: of force and readings at once, where they compete, or each by itself."""
-    force, readings, stride = variances.force, variances.readings, Stride(problem)
+    """Steps with the likeliest variances: of force and readings at once where they compete, else one after the other, or the readings held.
+
+    Parameters that diverge beside the largest force are not brought back by steps: there are none unless the force falls.
+    """
+    force, readings, stride, most = variances.force, variances.readings, Stride(problem), 6
     linear, local, solution = equations(problem, at, variances)
     for last in range(most):
         near = last > 0 and change(problem, at, solution) < _SMALL_STEP
@@ -328,7 +336,7 @@ def _with_likeliest(
         local = reweighed(problem, at, linear, readings)
         force, solution = force_if_it_pays(problem, at, local, force)
         progress(_line(rounds - 1, problem, at, force))
-        if last == most - 1 or (last and change(problem, at, solution) < _SMALL_STEP):
+        if last == most - 1 or (near and change(problem, at, solution) < _SMALL_STEP) or (diverges and is_largest(problem, force)):
             break
         there = moved(problem, at, *stride.taken(at, solution))
         try:
@@ -385,8 +393,8 @@ def _holds_readings(problem: Problem, force: RandomForce) -> bool:
 
 
 def _leads_to(first: Fitted, problem: Problem, at: Estimate, before: RandomForce, force: RandomForce) -> bool:
-    """Whether the way of the other end leads to where a fit has ended, or, for two rounds, to the largest force, from which it came."""
-    if is_largest(problem, before) and is_largest(problem, force):
+    """Whether the other end has come to the parameters of a fit, or stays at the largest force while that fit has converged."""
+    if first.converged and is_largest(problem, before) and is_largest(problem, force):
         return True
     near = np.all(np.abs(at.shared - first.at.shared) <= _NEAR * first.stderr + 1e-12)
     return bool(near and force.std > _BACK * first.variances.force.std)

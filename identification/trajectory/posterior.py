@@ -22,9 +22,7 @@ from identification.trajectory.segments import Chains, Unknowns
 
 
 def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three"]:
-    """Covariance of each knot with the two behind it in its record, given the numbers outside the chain; three times (states + force).
-
-    Records are independent of each other: the recursion runs through all of them side by side, from their last knots on.
+    """Covariance of each knot with the two behind it, given the numbers outside the chain; three times (states + force).
 
     Raises:
         LinAlgError: it grows beyond all bounds towards the first knot.
@@ -39,20 +37,15 @@ def knots_covariance(solution: Solution) -> Float[np.ndarray, "knots three three
     inverse = np.linalg.inv(column[:, :size])
     gain = column[:, size:] @ inverse
     own = inverse.swapaxes(1, 2) @ inverse
-    lengths = np.bincount(solution.rows[::size])
-    order = np.argsort(-lengths, kind="stable")  # those that still go on come first
-    last, lengths = np.cumsum(lengths)[order] - 1, lengths[order]
-    found, behind = np.zeros((knots, 3 * size, 3 * size)), np.zeros((len(order), 2 * size, 2 * size))
+    found, behind = np.zeros((knots, 3 * size, 3 * size)), np.zeros((2 * size, 2 * size))
     with np.errstate(over="ignore", invalid="ignore"):
-        for back in range(lengths[0]):
-            going = int(np.searchsorted(-lengths, -back))
-            here, behind = last[:going] - back, behind[:going]
-            across = -behind @ gain[here]
-            block = np.empty((going, 3 * size, 3 * size))
-            block[:, :size, :size] = own[here] - gain[here].swapaxes(1, 2) @ across
-            block[:, size:, :size], block[:, :size, size:], block[:, size:, size:] = across, across.swapaxes(1, 2), behind
-            found[here], behind = block, block[:, : 2 * size, : 2 * size]
-    if not np.isfinite(found[last - lengths + 1]).all():
+        for k in range(knots - 1, -1, -1):
+            across = -behind @ gain[k]
+            here = found[k]
+            here[:size, :size] = own[k] - gain[k].T @ across
+            here[size:, :size], here[:size, size:], here[size:, size:] = across, across.T, behind
+            behind = here[: 2 * size, : 2 * size]
+    if not np.isfinite(behind).all():
         raise np.linalg.LinAlgError("the covariance of the knots overflows")
     return found
 
@@ -66,7 +59,7 @@ def segments_covariance(chains: Chains, solution: Solution) -> Float[np.ndarray,
     size = solution.knots.shape[1]
     between, before = knots_covariance(solution), np.maximum(chains.left - 1, 0)
     inside = between[before]
-    early = chains.first  # no knot of the record stands before its first one
+    early = chains.left == 0  # no knot stands before the first one
     inside[early] = 0.0
     inside[np.ix_(early, np.arange(size, 3 * size), np.arange(size, 3 * size))] = between[chains.left[early], : 2 * size, : 2 * size]
     outside = solution.outside_covariance
@@ -102,9 +95,13 @@ def expected_products(
         products = rows @ covariance @ rows.swapaxes(1, 2)
         products += values[:, :, None] * values[:, None, :]
         sums, full = np.zeros((highest + 1, highest + 1, highest + 1)), (here & (runs == highest)).all(axis=1)
-        together = (full.astype(float) @ products.reshape(len(products), -1)).reshape(products.shape[1:])
+        together = (full.astype(float) @ products.reshape(len(products), -1)).reshape(products.shape[1:])  # most segments are alike
+        some, counts, lengths = products[~full], here[~full], runs[~full]
         for i in range(samples):
-            window, rest = slice(i, i + highest + 1), ~full & here[:, i]
-            sums[highest] += together[window, window]
-            np.add.at(sums, runs[rest, i], products[rest, window, window])
+            lags = slice(i, i + highest + 1)
+            sums[highest] += together[lags, lags]
+            window = some[:, lags, lags].reshape(len(some), -1)
+            for run in np.unique(lengths[counts[:, i], i]):
+                total = (counts[:, i] & (lengths[:, i] == run)).astype(float) @ window
+                sums[run] += total.reshape(highest + 1, highest + 1)
         yield sums[:, ::-1, ::-1], np.array([np.sum(here & (runs == run)) for run in range(highest + 1)], float)

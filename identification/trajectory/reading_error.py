@@ -130,7 +130,7 @@ class Whitening:
         segments, samples, order = self.lags.shape
         if not order:
             return reach * self.scale[..., None]
-        matrix = np.zeros((segments, samples * (order + samples)))
+        matrix = np.zeros((segments, samples * (order + samples)))  # by rows; one step right and down is order + samples + 1 places on
         for lag in range(order + 1):
             diagonal = matrix[:, order - lag :: order + samples + 1][:, :samples]
             diagonal[:] = -self.lags[..., lag - 1] * self.scale if lag else self.scale

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.diagnosis import left_out as module
 from identification.diagnosis.left_out import folds, left_out_density, left_out_fits
 from identification.trajectory.fit import Fitted, equations
 from identification.trajectory.motion import Estimate
@@ -92,3 +93,12 @@ def _frequency(values: np.ndarray) -> float:
     coefficients, *_ = np.linalg.lstsq(np.stack([values[1:-1], values[:-2]], axis=1), values[2:], rcond=None)
     root = np.roots([1.0, *-coefficients])[0]
     return float(np.abs(np.log(root.astype(complex))) * RATE / (2.0 * np.pi))
+
+
+def test_records_are_predicted_when_the_error_is_asked_for(whole, monkeypatch):
+    """A candidate that its density refuses takes no motion through them."""
+    asked: list[Fitted] = []
+    monkeypatch.setattr(module, "left_out_fits", lambda fitted: asked.append(fitted) or left_out_fits(fitted))
+    found = module.left_out(solved(whole, FORCES[0]), whole.experiment)
+    assert np.isfinite(found.density) and not asked
+    assert 0.0 < found.error == found.error and len(asked) == 1

@@ -403,7 +403,7 @@ def test_a_channel_that_reads_little_but_noise_hides_no_order(seen):
         readings = tuple(ReadingError(innovation=times) for _ in chains.channels)
         return module._hides_the_order(beside, dataclasses.replace(seen.fitted.variances, readings=readings))
 
-    assert not hides(1.0) and hides(2.0)
+    assert not hides(1.1) and hides(2.0)
 
 
 def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(seen):

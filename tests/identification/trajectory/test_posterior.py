@@ -1,5 +1,7 @@
 """Covariances of knots against a dense inverse, and the likelihood's gradient by a reading error against difference quotients."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -34,14 +36,20 @@ def test_neighbouring_knots_have_the_covariance_of_a_dense_inverse(solved):
         assert np.allclose(found[knot], expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
 
 
-def test_the_gradient_by_a_reading_error_is_that_of_the_marginal_likelihood(vibrating, solved):
-    linear, _, solution = solved
-    ((sums, counts),) = expected_products(vibrating.chains, vibrating.unknowns, vibrating.border, linear, solution, ERROR.order)
+@pytest.mark.parametrize("lost", [0.0, 0.1, 0.5])
+def test_the_gradient_by_a_reading_error_is_that_of_the_marginal_likelihood(vibrating, lost):
+    """Also where a share of the samples is lost, so that few have as many before them as the error's order."""
+    chains = vibrating.chains
+    kept = np.random.default_rng(1).random(chains.weight.shape) >= lost
+    problem = dataclasses.replace(vibrating, chains=dataclasses.replace(chains, weight=chains.weight * kept))
+    linear, _, solution = equations(problem, problem.start, Variances(force=SHAKEN, readings=(ERROR,)))
+    ((sums, counts),) = expected_products(problem.chains, problem.unknowns, problem.border, linear, solution, ERROR.order)
+    assert counts.sum() == np.sum(problem.chains.weight > 0)
     free = ERROR.free(LIMIT)
 
     def marginal(x: np.ndarray) -> float:
-        local = reweighed(vibrating, vibrating.start, linear, (ReadingError.of(x, LIMIT),))
-        return elimination.solved(vibrating, vibrating.start, local, SHAKEN).deviance
+        local = reweighed(problem, problem.start, linear, (ReadingError.of(x, LIMIT),))
+        return elimination.solved(problem, problem.start, local, SHAKEN).deviance
 
     for place in range(len(free)):
         step = np.where(np.arange(len(free)) == place, 1e-4, 0.0)
