@@ -100,7 +100,7 @@ def expected_products(
         for i in range(samples):
             lags = slice(i, i + highest + 1)
             sums[highest] += together[lags, lags]
-            window = some[:, lags, lags].reshape(len(some), -1)
+            window = some[:, lags, lags].reshape(len(some), (highest + 1) ** 2)
             for run in np.unique(lengths[counts[:, i], i]):
                 total = (counts[:, i] & (lengths[:, i] == run)).astype(float) @ window
                 sums[run] += total.reshape(highest + 1, highest + 1)

@@ -36,16 +36,16 @@ def test_neighbouring_knots_have_the_covariance_of_a_dense_inverse(solved):
         assert np.allclose(found[knot], expected, rtol=1e-6, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("lost", [0.0, 0.1, 0.5])
-def test_the_gradient_by_a_reading_error_is_that_of_the_marginal_likelihood(vibrating, lost):
+@pytest.mark.parametrize(("error", "lost"), [(ERROR, 0.0), (ERROR, 0.1), (ERROR, 0.5), (ReadingError(innovation=0.8), 0.0)])
+def test_the_gradient_by_a_reading_error_is_that_of_the_marginal_likelihood(vibrating, error, lost):
     """Also where a share of the samples is lost, so that few have as many before them as the error's order."""
     chains = vibrating.chains
     kept = np.random.default_rng(1).random(chains.weight.shape) >= lost
     problem = dataclasses.replace(vibrating, chains=dataclasses.replace(chains, weight=chains.weight * kept))
-    linear, _, solution = equations(problem, problem.start, Variances(force=SHAKEN, readings=(ERROR,)))
-    ((sums, counts),) = expected_products(problem.chains, problem.unknowns, problem.border, linear, solution, ERROR.order)
+    linear, _, solution = equations(problem, problem.start, Variances(force=SHAKEN, readings=(error,)))
+    ((sums, counts),) = expected_products(problem.chains, problem.unknowns, problem.border, linear, solution, error.order)
     assert counts.sum() == np.sum(problem.chains.weight > 0)
-    free = ERROR.free(LIMIT)
+    free = error.free(LIMIT)
 
     def marginal(x: np.ndarray) -> float:
         local = reweighed(problem, problem.start, linear, (ReadingError.of(x, LIMIT),))
