@@ -6,7 +6,7 @@ random force; shared by all records are the model's parameters; and each record 
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -21,7 +21,7 @@ from vibrojax.channels import EVERY_CHANNEL
 from vibrojax.contact import AbstractCompliantLaw
 from vibrojax.contact.base import uses_approach_speed
 from vibrojax.effects.readings import ForceClipping
-from vibrojax.excitation import SampledForce, SampledMotion
+from vibrojax.excitation import CubicSignal, SampledForce, SampledMotion
 from vibrojax.model import Model
 from vibrojax.parameters import Parameter
 
@@ -331,6 +331,7 @@ def _segments(
     displacements = np.array([name.endswith("displacement") for name in channels])
     weight = weight.reshape(count, samples, -1) * (displacements | ~resting[:, None, None])
     inputs = inputs_of(record)
+    of_segments = partial(jax.tree.map, lambda one: parts(one, first, samples + 2), is_leaf=lambda one: isinstance(one, CubicSignal))
     driven = record.kind == "cart-excitation" and inputs.cart is None
     segments = Segments(
         place=place + np.arange(count),
@@ -340,20 +341,11 @@ def _segments(
         weight=weight,
         gap=np.full(count, record.gap),
         frequency_hz=np.full(count, float(record.excitation_frequency or 0.0) if driven else 0.0),
-        motion=_motion_parts(inputs.cart, first, samples),
-        applied=None if inputs.applied is None else SampledForce(signal=parts(inputs.applied.signal, first, samples + 2)),
+        motion=of_segments(inputs.cart),
+        applied=of_segments(inputs.applied),
         ahead={name: values.reshape(count, samples) for name, values in ahead.items()} if late else None,
-        prescribed=_motion_parts(inputs.prescribed, first, samples),
+        prescribed=of_segments(inputs.prescribed),
         resting=resting,
         channels=channels,
     )
     return segments, lost + (weight > 0).sum(axis=(0, 1))
-
-
-def _motion_parts(motion: SampledMotion | None, first: Int[np.ndarray, " segments"], samples: int) -> SampledMotion | None:
-    """The pieces of a motion under each segment, with one knot more."""
-    if motion is None:
-        return None
-    return SampledMotion(
-        position=parts(motion.position, first, samples + 2), second_derivative=parts(motion.second_derivative, first, samples + 2)
-    )
