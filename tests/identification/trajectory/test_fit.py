@@ -169,7 +169,7 @@ def rounds(problem, monkeypatch, *, diverging: bool, first: Fitted | None = None
         return module._converged_or_none(problem, problem.start, begin, rng, said.append, coloured_from=0, first=first), said
 
 
-def test_an_end_that_diverges_beside_the_largest_force_is_not_polished(vibrating, monkeypatch):
+def test_an_end_that_diverges_beside_the_largest_force_is_polished_once(vibrating, monkeypatch):
     """Of the last round there is one line, and one for each step with polished variances."""
     (found, said), (_, others) = (rounds(vibrating, monkeypatch, diverging=diverging) for diverging in (True, False))
     assert found is not None and not found.converged
@@ -178,7 +178,7 @@ def test_an_end_that_diverges_beside_the_largest_force_is_not_polished(vibrating
 
 
 def test_an_end_that_stays_at_the_largest_force_is_dropped_beside_one_that_has_converged(vibrating, monkeypatch):
-    """Unless it comes to the parameters of that one: here they are far off."""
+    """Its parameters are far from those of that one: near them it would be dropped in any case."""
     first = fit(vibrating)
     first = dataclasses.replace(first, at=dataclasses.replace(first.at, shared=first.at.shared + 100.0 * first.stderr))
     found, said = rounds(vibrating, monkeypatch, diverging=False, first=first)
