@@ -1,15 +1,16 @@
 """A candidate taken into the model: from signals along the motion to physics inside the chain, iterated to the end."""
 
 import dataclasses
+from collections.abc import Callable
 from contextlib import suppress
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.diagnosis.lags import LONGEST
-from identification.diagnosis.look import Candidate, Look
-from identification.diagnosis.signals import own_states
+from identification.diagnosis.lags import LONGEST, apart
+from identification.diagnosis.look import Candidate, Look, Scored
+from identification.diagnosis.signals import own_states, signals
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
 from identification.guesses.parameters import likelier_start
@@ -105,11 +106,10 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     records show without a model: that motion followed channels of which one was late.
     """
     whole = seen.fitted.problem.model_at(seen.fitted.at)
-    if is_shown_delay(seen, candidate):
+    if is_shown_late(seen, candidate):
         problem, _ = _with(seen.fitted, candidate.members)
         return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
-    effect, own = strengthened(candidate.members, strengths)
-    effect = _aligned(seen, effect) if effect.channel and effect.does("lateness") and seen.scales.force > 0 else effect
+    effect, own = (candidate.members[0], {}) if _shifts_impacts(seen, candidate) else strengthened(candidate.members, strengths)
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
     if not effect.does("stop"):
         return problem, near
@@ -117,12 +117,12 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
     return begun, near if whole.has_stop or begun is problem else None
 
 
-def is_shown_delay(seen: Look, candidate: Candidate) -> bool:
-    """Whether a candidate is the constant delay of a channel that the records show without a model; beside other effects none is."""
+def is_shown_late(seen: Look, candidate: Candidate) -> bool:
+    """Whether the records show, without a model, a channel as late as a candidate says; beside other effects they show none."""
     if seen.fitted.problem.model.effects or not candidate.members or not candidate.members[0].does("lateness"):
         return False
-    delay = candidate.members[0].probe.delay
-    return bool(delay) and seen.scales.lags.get(candidate.channel) == getattr(candidate.members[0], delay)
+    delay, shown = candidate.members[0].probe.delay, seen.scales.lags.get(candidate.channel)
+    return shown is not None and (not delay or shown == getattr(candidate.members[0], delay))
 
 
 def _moved_back(record: Record, effect: AbstractEffect) -> Record:
@@ -134,34 +134,52 @@ def _moved_back(record: Record, effect: AbstractEffect) -> Record:
     return dataclasses.replace(record, channels={**record.channels, channel: np.interp(at, record.time, record.channels[channel])})
 
 
-def _aligned(seen: Look, effect: AbstractEffect) -> AbstractEffect:
-    """An effect that makes its channel late, as late as the channel follows the estimated motion best.
+def aligned(seen: Look, scored: Scored) -> Scored:
+    """A candidate that makes a channel with impacts late, by as much as agrees best with the others; other candidates as they are.
 
-    Where there are impacts, steps find it from nothing only if it shifts them by less than they last. Tried are up to `LONGEST` on either
-    side at the end of the longest record: in some hundred steps, then in steps of half a sampling interval about the best.
+    A derivative shows no way to a delay longer than an impact. Tried are up to `LONGEST` on either side at the end of the longest record:
+    in some hundred steps, then in steps of half a sampling interval about the best. The channel is compared with the others where the
+    records show without a model that it is late, else with the estimated motion; a delay that they show stays.
     """
-    channel, last = effect.channel or "", float(effect.lateness(jnp.asarray(seen.scales.latest)))
-    step = 0.5 * seen.scales.sampling / last if last else 0.0
-    pairs = [
-        (record.time, record.channels[channel], np.asarray(course.readings[channel])[: len(record.time)], record.noise[channel])
-        for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)
-        if channel in record.channels and channel not in driving_channels(record)
-    ]
+    candidate = scored.candidate
+    if not _shifts_impacts(seen, candidate) or (is_shown_late(seen, candidate) and candidate.members[0].probe.delay):
+        return scored
+    problem, channel, effect = seen.fitted.problem, candidate.channel, candidate.members[0]
+    records = [r for r in problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
+    last = float(effect.lateness(jnp.asarray(seen.scales.latest)))
+    if not records or not last:
+        return scored
+    misfit = apart(records, channel) if channel in seen.scales.lags else _off_course(seen, records, channel)
 
-    def misfit(factor: float) -> float:
-        late = effect.scaled(factor)
+    def at(factor: float) -> float:
+        return misfit(lambda t: factor * np.asarray(effect.lateness(jnp.asarray(t))))
+
+    step, count = 0.5 * seen.scales.sampling / last, int(LONGEST / (0.5 * seen.scales.sampling))
+    coarse = max(1, count // _COARSE)
+    rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=at)
+    best = effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=at))
+    found = signals(seen.courses, problem.chains, [best])
+    return dataclasses.replace(scored, candidate=dataclasses.replace(candidate, members=(best,), signals=tuple(found)))
+
+
+def _off_course(seen: Look, records: list[Record], channel: str) -> Callable[[Callable[[np.ndarray], np.ndarray]], float]:
+    """Mean square, over that of the noise, of a channel less what it shows of the estimated motion if it is late, by the lateness."""
+    shown = {record.file: course for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)}
+    values = [np.asarray(shown[record.file].readings[channel])[: len(record.time)] for record in records]
+
+    def of(lateness: Callable[[np.ndarray], np.ndarray]) -> float:
         errors = []
-        for t, read, shown, noise in pairs:
-            at = t - np.asarray(late.lateness(jnp.asarray(t)))
-            errors.append((read - np.interp(at, t, shown, left=np.nan, right=np.nan)) / noise)
+        for record, course in zip(records, values, strict=True):
+            late = np.interp(record.time - lateness(record.time), record.time, course, left=np.nan, right=np.nan)
+            errors.append((record.channels[channel] - late) / record.noise[channel])
         return float(np.nanmean(np.concatenate(errors) ** 2))
 
-    count = int(LONGEST / (0.5 * seen.scales.sampling))
-    coarse = max(1, count // _COARSE)
-    if not pairs or not step:
-        return effect
-    rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=misfit)
-    return effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=misfit))
+    return of
+
+
+def _shifts_impacts(seen: Look, candidate: Candidate) -> bool:
+    """Whether a candidate makes a channel late in records with impacts."""
+    return bool(candidate.channel) and candidate.members[0].does("lateness") and seen.scales.force > 0
 
 
 def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:
@@ -184,8 +202,8 @@ def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -
     found = likelier_start(before, list(problem.experiment.records), list(problem.motions), names, at_strengths)
     if found is None:
         return problem
-    (read, errors), gap = found, OF_RECORD.index("gap_error")
-    values, own = problem.values(problem.start) | read, problem.start.own.copy()
+    errors, gap = found.gap_errors, OF_RECORD.index("gap_error")
+    values, own = problem.values(problem.start) | found.values, problem.start.own.copy()
     for name in placed:
         stands = float(errors[~problem.border.own[:, gap]][0])
         values[name], errors = values[name] + stands, errors - stands

@@ -1,7 +1,7 @@
 """Delays between channels, estimated from the records without a model."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -58,6 +58,37 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
             against[early].append(-delay)
     agreed = {name: _agreed(delays, of_records) for name, delays in against.items() if delays and all(delays)}
     return {name: delay for name, delay in agreed.items() if delay}
+
+
+def apart(records: Sequence[Record], channel: str) -> Callable[[Callable[[np.ndarray], np.ndarray]], float]:
+    """How little a channel, moved back by a time that varies along a record, has in common with the others; the lower the better.
+
+    Minus the decrease of chi-square by regression of its jerk on theirs, over all widths of the test functions, as in `lags`.
+
+    Args:
+        records: of which those count that hold the channel and another one of the hammer.
+        channel: that is late.
+
+    Returns:
+        Function of a lateness, s, which is a function of the time, s.
+    """
+    found = [(record.time[0], _jerks(record)) for record in records if record.kind != "prescribed" and channel in record.channels]
+
+    def of(lateness: Callable[[np.ndarray], np.ndarray]) -> float:
+        total = 0.0
+        for begin, jerks in found:
+            for place, half in enumerate(jerks.half_widths):
+                own = jerks.by_channel[channel][place]
+                t = begin + jerks.dt * (half + np.arange(len(own)))
+                moved = np.interp(t + lateness(t), t, own)
+                for other in jerks.by_channel.keys() - {channel}:
+                    theirs = jerks.by_channel[other][place]
+                    size = float(np.sqrt(np.sum(moved**2) * np.sum(theirs**2)))
+                    common = float(np.clip(moved @ theirs / size, 0.0, 1.0 - 1e-12)) if size else 0.0
+                    total += len(own) / half * np.log(1.0 - common**2)
+        return total
+
+    return of
 
 
 def _agreed(delays: list[float], of_records: list[_Jerks]) -> float:

@@ -10,10 +10,13 @@ from functools import cached_property
 
 import numpy as np
 
+from identification.diagnosis.decide import LEVEL
 from identification.diagnosis.diagnosis import LIMITED
 from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
+from identification.guesses.parameters import likelier_start
+from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scorer, some_force
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
 from identification.trajectory.fit import Fitted, first_variances
@@ -98,6 +101,34 @@ class Look:
     def deviance(self) -> float:
         """-2 log likelihood of that."""
         return self.alone.deviance
+
+    @cached_property
+    def in_loops(self) -> frozenset[str]:
+        """Names of listed effects that change the law of the stop, as the measured loops of force over indentation show.
+
+        No motion is integrated for that, so that it holds where the fitted model is far off. An impact counts for as many observations as
+        the law has numbers, which its loop shows.
+        """
+        problem = self.fitted.problem
+        model, given = problem.model_at(problem.start), problem.experiment.parameters
+        read = model, list(problem.experiment.records), list(problem.motions)
+        impacts, found = sum(len(one) for one in self.scales.contacts.values()), set()
+        shown = impacts * len(model.law.parameters)
+        of_law = tuple(p.name for p in model.law.parameters if p.name not in given)
+        changes = {one.candidate.name: one.candidate.members[0] for one in self.listed if one.candidate.members}
+        for name, effect in changes.items():
+            if not (effect.does("stop") and model.has_stop and (without := likelier_start(*read, of_law))):
+                continue
+            of_effect = tuple(f"{name}.{p.name}" for p in effect.parameters if not p.searched)
+            held = tuple(p.name for p in model.law.parameters if p.name in of_law and p.logarithmic)
+
+            def stronger(deepest: float, force: float, effect: AbstractEffect = effect) -> list[AbstractEffect]:
+                return list(effect.probe.effects(dataclasses.replace(self.scales, deepest=deepest, force=force)))
+
+            beside = likelier_start(*read, (*held, *of_effect), stronger)
+            if beside and chance(shown * np.log(without.misfit / max(beside.misfit, 1e-300)), len(of_effect), 1) < LEVEL:
+                found.add(name)
+        return frozenset(found)
 
 
 def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented, is_shown_delay, only_by_force, refitted, without
+from identification.diagnosis.augment import aligned, augmented, is_shown_late, only_by_force, refitted, without
 from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -235,8 +235,7 @@ def _step(
     hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
     waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
     if hidden:
-        stops_first = _lies_in_contact(seen)
-        waiting.sort(key=lambda pair: not (_is_shown(seen, pair[0].candidate) or (stops_first and _is_stop(pair[0].candidate))))
+        waiting.sort(key=lambda pair: not _is_shown(seen, pair[0].candidate))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
@@ -247,7 +246,7 @@ def _step(
             for one, weighed in list(waiting):
                 best = max((max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
-                contained |= {one.name} if is_shown_delay(seen, one.candidate) else set()  # of two channels either may be the late one
+                contained |= {one.name} if is_shown_late(seen, one.candidate) else set()  # of two channels either may be the late one
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))
@@ -300,7 +299,7 @@ def _is_taken(one: Alternative) -> bool:
 
 def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain; what the records show counts even where it cannot be."""
-    shortlist, found = _shortlist(seen), []
+    shortlist, found = [aligned(seen, one) for one in _shortlist(seen)], []
     for scored, weighed in zip(shortlist, all_weighed_anew(seen, shortlist), strict=True):
         weighed = weighed or (seen.alone if _is_shown(seen, scored.candidate) else None)
         if weighed is None:
@@ -366,23 +365,18 @@ def _is_stop(candidate: Candidate) -> bool:
 
 
 def _is_shown(seen: Look, candidate: Candidate) -> bool:
-    """Whether the records show a candidate without a model: the stop that the model lacks, or what makes a channel late that is late.
+    """Whether the records show a candidate without a model: a stop that the model lacks, or what makes a channel late that is late.
 
-    A constant delay is the one that they show, not the one that was probed.
+    Or a change of the law of the stop by the loops of force over indentation. A constant delay is the one that they show, not the one that
+    was probed.
     """
     if not candidate.members:
         return False
     effect = candidate.members[0]
     if effect.does("stop"):
-        return not seen.fitted.problem.model.has_stop
+        return not seen.fitted.problem.model.has_stop or effect.name in seen.in_loops
     late = candidate.channel in seen.scales.lags and effect.does("lateness")
-    return late and (not effect.probe.delay or is_shown_delay(seen, candidate))
-
-
-def _lies_in_contact(seen: Look) -> bool:
-    """Whether the free form that says most is a force over indentation."""
-    form = seen.free[0].candidate.form if seen.free else None
-    return form is not None and form.coordinate == "indentation"
+    return late and (not effect.probe.delay or is_shown_late(seen, candidate))
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Iterable
 from itertools import product
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -45,22 +45,36 @@ def first_guesses(experiment: Experiment, model: Model, motions: list[Kinematics
     values |= wanted
     model = model.replace(values)
     free = tuple(p.name for p in model.law.parameters if p.name not in wanted)
-    read = likelier_start(model, records, motions, free) or ({}, np.zeros(len(records)))
-    return values | read[0], read[1]
+    read = likelier_start(model, records, motions, free)
+    return (values, np.zeros(len(records))) if read is None else (values | read.values, read.gap_errors)
 
 
 Effects = Callable[[float, float], Iterable[AbstractEffect]]
 """From the largest indentation, m, and force, N, an effect that changes the stop, at several strengths."""
 
 
+class Loops(NamedTuple):
+    """Contact read off the loops of force over indentation.
+
+    Attributes:
+        values: of parameters by name, SI.
+        gap_errors: setting errors of the gaps, m, (records,).
+        misfit: sum of squared errors of the force, those far off counted less, relative to 2 % of its largest value.
+    """
+
+    values: dict[str, float]
+    gap_errors: np.ndarray
+    misfit: float
+
+
 def likelier_start(
     model: Model, records: list[Record], motions: list[Kinematics | None], names: tuple[str, ...], effects: Effects | None = None
-) -> tuple[dict[str, float], np.ndarray] | None:
+) -> Loops | None:
     """`contact_start` off the load cell, or off inertia where there is none or where the gaps that the cell asks for are unlikely."""
     cell, inertia = (contact_start(model, records, motions, names, load_cell=one, effects=effects) for one in (True, False))
     if cell is None or inertia is None:
         return cell or inertia
-    unlikely = np.sum(cell[1] ** 2 - inertia[1] ** 2) > (2.0 * GAP_PRIOR_STD_M) ** 2  # by two standard deviations
+    unlikely = np.sum(cell.gap_errors**2 - inertia.gap_errors**2) > (2.0 * GAP_PRIOR_STD_M) ** 2  # by two standard deviations
     return inertia if unlikely else cell
 
 
@@ -72,8 +86,8 @@ def contact_start(
     *,
     load_cell: bool,
     effects: Effects | None = None,
-) -> tuple[dict[str, float], np.ndarray] | None:
-    """Contact parameters by name, SI, and setting errors of the gaps, m, (records,), by least squares of force on indentation.
+) -> Loops | None:
+    """Contact parameters and setting errors of the gaps, by least squares of force on indentation.
 
     Every sample in contact gives one equation F = law(u - gap - error, u', v-). No motion is integrated, so the regression is fast and does
     not depend on the number of impacts; smoothing of the record biases it by a few per cent, which the fit removes. None where there is no
@@ -115,13 +129,14 @@ def contact_start(
             continue
     if not fits:
         return None
-    best = min(fits, key=lambda fit: float(fit.cost)).x
+    least = min(fits, key=lambda fit: float(fit.cost))
+    best = least.x
     values, errors = {}, np.zeros(len(records))
     for name, internal in zip(names, best[: len(names)], strict=True):
         spec = specs[name]
         values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
     errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
-    return values, errors
+    return Loops(values, errors, 2.0 * float(least.cost))
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None, part: tuple[float, float]) -> np.ndarray:

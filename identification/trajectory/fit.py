@@ -113,8 +113,8 @@ def fit(
     and where the model is complete they agree.
 
     An end that has not converged counts for nothing beside one that has, nor one whose force is no mode of the likelihood (`is_no_mode`)
-    beside one that has come to a mode. The second end is dropped where it meets the first one's parameters, or, where that has converged,
-    arrives at the largest force.
+    beside one that has come to a mode. The second end is dropped where it meets the first one's parameters, or, where that has converged to
+    a mode, arrives at the largest force.
 
     Args:
         problem: of an experiment.
@@ -166,6 +166,11 @@ def first_variances(problem: Problem) -> Variances:
     """Those from which a fit begins: a random force as large as it may be, and the noise that is declared."""
     scales, white = problem.scales, tuple(ReadingError() for _ in problem.chains.channels)
     return Variances(force=RandomForce(std=LARGEST_FORCE * scales.force, memory=scales.displacement / scales.velocity), readings=white)
+
+
+def _is_at_a_mode(fitted: Fitted) -> bool:
+    """Whether an end has converged, to a mode of the likelihood."""
+    return fitted.converged and not is_no_mode(fitted.problem, fitted.variances.force)
 
 
 def _rank(fitted: Fitted) -> tuple[bool, bool, float]:
@@ -284,7 +289,7 @@ def _converged(
 
     Raises:
         _AddsNothing: with most of the random force of the fit from the other end, its parameters have come to those of that fit; or its
-            random force stays as large as it may be, and that fit has converged.
+            random force stays as large as it may be, and that fit has converged to a mode.
     """
     force, readings, count, stride = variances.force, variances.readings, 0, Stride(problem)
     least = max(coloured_from, held % _ROUNDS) + 2 if least is None else least
@@ -310,7 +315,7 @@ def _converged(
     diverges = is_largest(problem, force) and off >= _SMALL_STEP
     variances = Variances(force=force, readings=readings)
     found = _with_likeliest(problem, at, variances, rng, progress, rounds=count + 1, diverges=diverges)
-    if first is not None and first.converged and is_largest(problem, found.variances.force):
+    if first is not None and _is_at_a_mode(first) and is_largest(problem, found.variances.force):
         raise _AddsNothing
     return found
 
@@ -320,14 +325,17 @@ def _with_likeliest(
 ) -> Fitted:
     """Steps with the likeliest variances: of force and readings at once where they compete, else one after the other, or the readings held.
 
-    Parameters that diverge beside the largest force are not brought back by steps: there are none unless the force falls.
+    Reading errors that stay as they are beside the largest force do so here too, unless the two together are likelier below it. Parameters
+    that diverge beside that force are not brought back by steps: there are none unless it falls.
     """
-    force, readings, stride, most = variances.force, variances.readings, Stride(problem), 6
+    force, readings, stride, most, ends_at_largest = variances.force, variances.readings, Stride(problem), 6, False
     linear, local, solution = equations(problem, at, variances)
     for last in range(most):
         near = last > 0 and change(problem, at, solution) < _SMALL_STEP
-        if any(one.order for one in readings) and not (vanishes(problem, force) or _holds_readings(problem, force)):
-            force, readings = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if near else 12)
+        if any(one.order for one in readings) and not (vanishes(problem, force) or ends_at_largest):
+            found = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if near else 12)
+            ends_at_largest = _holds_readings(problem, force) and is_largest(problem, found[0])
+            force, readings = (force, readings) if ends_at_largest else found
         else:
             if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
                 force = annealed(problem, at, local, force, evaluations=40)
@@ -393,8 +401,8 @@ def _holds_readings(problem: Problem, force: RandomForce) -> bool:
 
 
 def _leads_to(first: Fitted, problem: Problem, at: Estimate, before: RandomForce, force: RandomForce) -> bool:
-    """Whether the other end has come to the parameters of a fit, or stays at the largest force while that fit has converged."""
-    if first.converged and is_largest(problem, before) and is_largest(problem, force):
+    """Whether the other end has come to the parameters of a fit, or stays at the largest force while that fit has converged to a mode."""
+    if _is_at_a_mode(first) and is_largest(problem, before) and is_largest(problem, force):
         return True
     near = np.all(np.abs(at.shared - first.at.shared) <= _NEAR * first.stderr + 1e-12)
     return bool(near and force.std > _BACK * first.variances.force.std)

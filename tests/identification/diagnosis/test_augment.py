@@ -7,14 +7,14 @@ import pytest
 
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
-from identification.diagnosis.look import Candidate
+from identification.diagnosis.look import Candidate, Look, Scored
 from identification.trajectory.start import begun_from, problem_of
 from identification.trajectory.variances import LARGEST_FORCE
 from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
 from tests.identification.diagnosis.candidates import probed
 from vibrojax.contact import NoContact
-from vibrojax.effects import EFFECTS, BackStop, TimeOffset
+from vibrojax.effects import EFFECTS, BackStop, ClockDrift, TimeOffset
 from vibrojax.errors import NoConvergenceError
 
 
@@ -40,17 +40,52 @@ def test_a_stop_begins_at_its_place_whatever_its_first_order_says():
     assert strengthened((stop,), np.array([-0.3])) == (stop, {})
 
 
+def made_late(seen: Look, channel: str, lateness) -> Look:
+    """The look beside records of which one channel is late by a function of the time."""
+    problem, records = seen.fitted.problem, []
+    for record in problem.experiment.records:
+        late = np.interp(record.time - lateness(record.time), record.time, record.channels[channel])
+        records.append(dataclasses.replace(record, channels=record.channels | {channel: late}))
+    experiment = dataclasses.replace(problem.experiment, records=tuple(records))
+    return dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, experiment=experiment)))
+
+
+def scored(candidate: Candidate) -> Scored:
+    return Scored(candidate=candidate, gain=1.0, strengths=np.ones(1), known=np.ones(1, bool))
+
+
 @pytest.mark.parametrize("delay", [3e-3, -7e-3])
 def test_a_late_channel_begins_where_it_follows_the_motion(seen, delay):
     """From any first strength: impacts that have been shifted by more than they last give no slope towards it."""
-    problem, candidate, records = seen.fitted.problem, probed(seen, "time_offset"), []
-    for record in problem.experiment.records:
-        late = np.interp(record.time - delay, record.time, record.channels[candidate.channel])
-        records.append(dataclasses.replace(record, channels=record.channels | {candidate.channel: late}))
-    experiment = dataclasses.replace(problem.experiment, records=tuple(records))
-    beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, experiment=experiment)))
-    _, near = extended(beside, candidate, np.ones(1))
+    candidate = probed(seen, "time_offset")
+    beside = made_late(seen, candidate.channel, lambda t: delay)
+    found = augment.aligned(beside, scored(candidate)).candidate
+    _, near = extended(beside, found, np.array([0.3]))
     assert near.shared[-1] == pytest.approx(delay, abs=seen.scales.sampling)
+    shift, course = found.signals[0].readings[candidate.channel], seen.courses[0]
+    late = np.interp(course.motion.t - delay, course.motion.t, course.readings[candidate.channel]) - course.readings[candidate.channel]
+    assert np.std(shift[seen.fitted.problem.chains.of_record(0)]) == pytest.approx(float(np.std(late)), rel=0.1)
+
+
+def test_a_clock_that_drifts_begins_where_the_channels_agree_whatever_the_fitted_motion(seen):
+    channel, ppm = "hammer_displacement", 5000.0
+    late = made_late(seen, channel, lambda t: 1e-6 * ppm * t)
+    courses = tuple(
+        dataclasses.replace(one, readings={name: np.zeros_like(np.asarray(x)) for name, x in one.readings.items()}) for one in seen.courses
+    )
+    shown = dataclasses.replace(late, courses=courses, scales=dataclasses.replace(seen.scales, lags={channel: 2e-3}))
+    effect = ClockDrift(drift_ppm=10.0, of_channel=channel)
+    found = augment.aligned(shown, scored(Candidate(name="clock_drift", members=(effect,), signals=()))).candidate
+    step = 0.5e6 * seen.scales.sampling / seen.scales.latest  # ppm; half a sample at the end of the longest record
+    assert found.members[0].drift_ppm == pytest.approx(ppm, abs=2.0 * step)
+    begun, near = extended(shown, found, np.ones(1))
+    assert near is None
+    assert begun.values(begun.start)["k_i"] == pytest.approx(seen.fitted.problem.values(seen.fitted.problem.start)["k_i"], rel=0.1)
+
+
+def test_other_candidates_stay_as_they_are(seen):
+    one = scored(probed(seen, "quadratic_drag"))
+    assert augment.aligned(seen, one) is one
 
 
 def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(seen):

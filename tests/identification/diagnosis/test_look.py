@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.look import Look, _packed, _scored, _variances
+from identification.diagnosis.look import Look, Scored, _packed, _scored, _variances
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, vanishes
 from tests.identification.diagnosis.candidates import probed
@@ -69,3 +69,19 @@ def test_a_candidate_that_takes_the_motion_too_far_takes_no_other_along(seen: Lo
     (found,) = _scored(seen.fitted, seen.by, [step, wild])
     assert found.candidate is step
     assert found.gain == alone.gain
+
+
+def test_only_a_stop_that_is_harder_in_depth_is_shown_by_the_loops_of_force_over_indentation(seen: Look):
+    """Whatever the fitted model: no motion is integrated."""
+    one = Scored(candidate=probed(seen, "deep_stop"), gain=0.0, strengths=np.zeros(1), known=np.ones(1, bool))
+    with_it, problem = dataclasses.replace(seen, listed=(one,)), seen.fitted.problem
+    assert with_it.in_loops == frozenset()
+    depths = [motion.u - record.gap for motion, record in zip(problem.motions, problem.experiment.records, strict=True)]
+    first, most = 0.6 * max(depth.max() for depth in depths), max(motion.force.max() for motion in problem.motions)
+    further = [2.0 * most * np.maximum(depth / first - 1.0, 0.0) ** 1.5 for depth in depths]
+    harder = tuple(
+        dataclasses.replace(motion, force=motion.force + more, inertia=motion.inertia + more)
+        for motion, more in zip(problem.motions, further, strict=True)
+    )
+    fitted = dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, motions=harder))
+    assert dataclasses.replace(with_it, fitted=fitted).in_loops == {"deep_stop"}

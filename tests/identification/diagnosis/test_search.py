@@ -475,6 +475,6 @@ def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_ord
 
 def test_of_two_channels_that_the_records_show_apart_either_is_fitted_as_the_late_one(seen, weighed, monkeypatch):
     tried = weighed(time_offset=900.0, clock_drift=300.0)
-    monkeypatch.setattr(module, "is_shown_delay", lambda at, candidate: candidate.name == "clock_drift")
+    monkeypatch.setattr(module, "is_shown_late", lambda at, candidate: candidate.name == "clock_drift")
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["time_offset", "clock_drift"]

@@ -177,11 +177,30 @@ def test_an_end_that_diverges_beside_the_largest_force_is_polished_once(vibratin
     assert polished == 1 and usual >= 2
 
 
-def test_an_end_that_stays_at_the_largest_force_is_dropped_beside_one_that_has_converged(vibrating, monkeypatch):
+def test_an_end_that_stays_at_the_largest_force_is_dropped_beside_one_that_has_converged_to_a_mode(vibrating, monkeypatch):
     """Its parameters are far from those of that one: near them it would be dropped in any case."""
     first = fit(vibrating)
     first = dataclasses.replace(first, at=dataclasses.replace(first.at, shared=first.at.shared + 100.0 * first.stderr))
     found, said = rounds(vibrating, monkeypatch, diverging=False, first=first)
     assert found is None and len(said) == 1
-    found, said = rounds(vibrating, monkeypatch, diverging=False, first=dataclasses.replace(first, converged=False))
-    assert found is not None and len(said) > 2
+    largest = RandomForce(std=LARGEST_FORCE * vibrating.scales.force, memory=0.1)
+    at_limit = dataclasses.replace(first, variances=dataclasses.replace(first.variances, force=largest))
+    for other in (dataclasses.replace(first, converged=False), at_limit):
+        found, said = rounds(vibrating, monkeypatch, diverging=False, first=other)
+        assert found is not None and len(said) > 2
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_reading_errors_change_beside_the_largest_force_only_where_a_smaller_one_is_likelier_with_them(vibrating, monkeypatch, share):
+    begin = module.first_variances(vibrating)
+    begin = dataclasses.replace(begin, readings=(ReadingError(coefficients=(0.5,), innovation=2.0),))
+    joint = dataclasses.replace(begin.force, std=share * begin.force.std), (ReadingError(innovation=7.0),)
+    asked = []
+    monkeypatch.setattr(module, "_holds_readings", module.is_largest)
+    monkeypatch.setattr(module, "likeliest", lambda *given, iterations: asked.append(iterations) or joint)
+    monkeypatch.setattr(module, "annealed", lambda problem, at, local, force, **given: force)
+    monkeypatch.setattr(module, "coloured", lambda problem, at, linear, local, force, rng, draws: joint[1])
+    rng = np.random.default_rng(0)
+    found = module._with_likeliest(vibrating, vibrating.start, begin, rng, lambda line: None, rounds=1, diverges=False)
+    assert found.variances.readings == (begin.readings if share == 1.0 else joint[1])
+    assert asked == [12]
