@@ -9,11 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.diagnosis.lags import LONGEST, apart
-from identification.diagnosis.look import Candidate, Look, Scored
+from identification.diagnosis.look import Candidate, Look, Scored, read_off_loops
 from identification.diagnosis.signals import own_states, signals
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
-from identification.guesses.parameters import likelier_start
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.motion import Estimate
@@ -118,11 +117,9 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
 
 
 def is_shown_late(seen: Look, candidate: Candidate) -> bool:
-    """Whether the records show, without a model, a channel as late as a candidate says; beside other effects they show none."""
-    if seen.fitted.problem.model.effects or not candidate.members or not candidate.members[0].does("lateness"):
-        return False
-    delay, shown = candidate.members[0].probe.delay, seen.scales.lags.get(candidate.channel)
-    return shown is not None and (not delay or shown == getattr(candidate.members[0], delay))
+    """Whether the records show, without a model, that the channel is late which a candidate makes late, and no effect is beside it."""
+    late = bool(candidate.members) and candidate.channel in seen.scales.lags and candidate.members[0].does("lateness")
+    return late and not seen.fitted.problem.model.effects
 
 
 def _moved_back(record: Record, effect: AbstractEffect) -> Record:
@@ -139,10 +136,10 @@ def aligned(seen: Look, scored: Scored) -> Scored:
 
     A derivative shows no way to a delay longer than an impact. Tried are up to `LONGEST` on either side at the end of the longest record:
     in some hundred steps, then in steps of half a sampling interval about the best. The channel is compared with the others where the
-    records show without a model that it is late, else with the estimated motion; a delay that they show stays.
+    records show without a model that it is late, else with the estimated motion.
     """
     candidate = scored.candidate
-    if not _shifts_impacts(seen, candidate) or (is_shown_late(seen, candidate) and candidate.members[0].probe.delay):
+    if not _shifts_impacts(seen, candidate):
         return scored
     problem, channel, effect = seen.fitted.problem, candidate.channel, candidate.members[0]
     records = [r for r in problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
@@ -185,23 +182,12 @@ def _shifts_impacts(seen: Look, candidate: Candidate) -> bool:
 def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:
     """The problem that begins with the law of the stop, changed by an effect, that the loops of force over indentation show.
 
-    Exponents of the model's own law are held: loops that drift mislead these. Where the effect has a place of its own, it is counted from
-    the record whose gap has no error.
+    Where the effect has a place of its own, it is counted from the record whose gap has no error.
     """
-    of_law = {p.name for p in problem.model.law.parameters if p.logarithmic}
-    placed = {f"{effect.name}.{p.name}" for p in effect.parameters if p.from_gap}  # the errors of the gaps say it
-    given = {name for name, option in problem.experiment.parameters.items() if option.start is not None}
-    free = [name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place] and name not in given]
-    names = tuple(name for name in free if name in of_law or (name.startswith(f"{effect.name}.") and name not in placed))
-    model = problem.model_at(problem.start)
-    before = dataclasses.replace(model, effects=tuple(one for one in model.effects if one.name != effect.name))
-
-    def at_strengths(deepest: float, force: float) -> list[AbstractEffect]:
-        return list(effect.probe.effects(dataclasses.replace(scales, deepest=deepest, force=force)))
-
-    found = likelier_start(before, list(problem.experiment.records), list(problem.motions), names, at_strengths)
+    found = read_off_loops(problem, scales, effect)
     if found is None:
         return problem
+    placed = {f"{effect.name}.{p.name}" for p in effect.parameters if p.from_gap}  # the errors of the gaps say it
     errors, gap = found.gap_errors, OF_RECORD.index("gap_error")
     values, own = problem.values(problem.start) | found.values, problem.start.own.copy()
     for name in placed:

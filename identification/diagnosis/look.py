@@ -15,7 +15,7 @@ from identification.diagnosis.diagnosis import LIMITED
 from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
-from identification.guesses.parameters import likelier_start
+from identification.guesses.parameters import Loops, likelier_start
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scorer, some_force
 from identification.trajectory.course import BySample, Course, Signal, by_sample, courses, responses
@@ -23,6 +23,7 @@ from identification.trajectory.fit import Fitted, first_variances
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import Chains
+from identification.trajectory.start import Problem
 from identification.trajectory.variances import Variances, vanishes
 from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
@@ -109,26 +110,39 @@ class Look:
         No motion is integrated for that, so that it holds where the fitted model is far off. An impact counts for as many observations as
         the law has numbers, which its loop shows.
         """
-        problem = self.fitted.problem
-        model, given = problem.model_at(problem.start), problem.experiment.parameters
-        read = model, list(problem.experiment.records), list(problem.motions)
-        impacts, found = sum(len(one) for one in self.scales.contacts.values()), set()
-        shown = impacts * len(model.law.parameters)
-        of_law = tuple(p.name for p in model.law.parameters if p.name not in given)
-        changes = {one.candidate.name: one.candidate.members[0] for one in self.listed if one.candidate.members}
-        for name, effect in changes.items():
-            if not (effect.does("stop") and model.has_stop and (without := likelier_start(*read, of_law))):
+        problem, found = self.fitted.problem, set()
+        shown = sum(len(one) for one in self.scales.contacts.values()) * len(problem.model.law.parameters)
+        for effect in {one.candidate.name: one.candidate.members[0] for one in self.listed if one.candidate.members}.values():
+            if not (effect.does("stop") and problem.model.has_stop):
                 continue
-            of_effect = tuple(f"{name}.{p.name}" for p in effect.parameters if not p.searched)
-            held = tuple(p.name for p in model.law.parameters if p.name in of_law and p.logarithmic)
-
-            def stronger(deepest: float, force: float, effect: AbstractEffect = effect) -> list[AbstractEffect]:
-                return list(effect.probe.effects(dataclasses.replace(self.scales, deepest=deepest, force=force)))
-
-            beside = likelier_start(*read, (*held, *of_effect), stronger)
-            if beside and chance(shown * np.log(without.misfit / max(beside.misfit, 1e-300)), len(of_effect), 1) < LEVEL:
-                found.add(name)
+            plain, changed = read_off_loops(problem, self.scales), read_off_loops(problem, self.scales, effect)
+            if plain is None or changed is None:
+                continue
+            gain = shown * np.log(plain.misfit / max(changed.misfit, 1e-300))
+            if chance(gain, sum(not p.searched for p in effect.parameters), 1) < LEVEL:
+                found.add(effect.name)
         return frozenset(found)
+
+
+def read_off_loops(problem: Problem, scales: ProbeScales, effect: AbstractEffect | None = None) -> Loops | None:
+    """Law of the stop, as an effect changes it if one is given, and errors of the gaps, as the loops of force over indentation show them.
+
+    Exponents of the model's own law are then held: loops that drift mislead these. A place of the effect's own is left to the errors.
+    """
+    model, given = problem.model_at(problem.start), problem.experiment.parameters
+    before = dataclasses.replace(model, effects=tuple(one for one in model.effects if effect is None or one.name != effect.name))
+    free = {name for place, (name, _) in enumerate(problem.unknowns.shared) if problem.border.shared[place]}
+    free -= {name for name, option in given.items() if option.start is not None}
+    names = tuple(p.name for p in model.law.parameters if p.name in free and (effect is None or p.logarithmic))
+    read = before, list(problem.experiment.records), list(problem.motions)
+    if effect is None:
+        return likelier_start(*read, names)
+    own = tuple(f"{effect.name}.{p.name}" for p in effect.parameters if not (p.searched or p.from_gap))
+
+    def at_strengths(deepest: float, force: float) -> list[AbstractEffect]:
+        return list(effect.probe.effects(dataclasses.replace(scales, deepest=deepest, force=force)))
+
+    return likelier_start(*read, (*names, *own), at_strengths)
 
 
 def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:

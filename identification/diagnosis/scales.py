@@ -91,9 +91,8 @@ def _contacts(touched: np.ndarray, time: np.ndarray) -> tuple[tuple[float, float
 
 
 def _unmended(found: dict[str, float], fitted: Fitted) -> dict[str, float]:
-    """Delays that the records show; none if the model already delays one of these channels."""
-    delayed = {effect.channel for effect in fitted.problem.model.effects if effect.probe.delay}
-    return {} if delayed & found.keys() else found
+    """Delays that the records show; none if an effect of the model is in one of these channels."""
+    return {} if {effect.channel for effect in fitted.problem.model.effects} & found.keys() else found
 
 
 def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:

@@ -367,16 +367,14 @@ def _is_stop(candidate: Candidate) -> bool:
 def _is_shown(seen: Look, candidate: Candidate) -> bool:
     """Whether the records show a candidate without a model: a stop that the model lacks, or what makes a channel late that is late.
 
-    Or a change of the law of the stop by the loops of force over indentation. A constant delay is the one that they show, not the one that
-    was probed.
+    Or a change of the law of the stop, by the loops of force over indentation.
     """
     if not candidate.members:
         return False
     effect = candidate.members[0]
     if effect.does("stop"):
         return not seen.fitted.problem.model.has_stop or effect.name in seen.in_loops
-    late = candidate.channel in seen.scales.lags and effect.does("lateness")
-    return late and (not effect.probe.delay or is_shown_late(seen, candidate))
+    return candidate.channel in seen.scales.lags and effect.does("lateness")
 
 
 def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:

@@ -3,7 +3,7 @@
 import dataclasses
 
 from tests.effects.rig import LAW
-from vibrojax.effects import AbstractEffect, ProbeScales
+from vibrojax.effects import ProbeScales
 
 SCALES = ProbeScales(
     mass=0.5,
@@ -47,9 +47,3 @@ NOTHING = dataclasses.replace(
     frequencies_searched=0,
     clock={"drop.csv": (0.0, 1.0)},
 )
-
-
-def is_recorded(effect: AbstractEffect, scales: ProbeScales) -> bool:
-    """Whether an effect delays its channel by as much as the records show without a model."""
-    delay = effect.probe.delay
-    return bool(delay) and bool(getattr(effect, delay) == scales.lags.get(effect.channel or ""))

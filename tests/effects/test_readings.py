@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from benchmarks.simulator.faults import ClockRate, Curve, Tone
 from tests.effects.rig import sine, system
-from tests.effects.scales import SCALES, is_recorded
+from tests.effects.scales import SCALES
 from tests.effects.sensor import record, shown, unheard
 from vibrojax.effects import ClockDrift, ForceClipping, GainError, MainsHum, NonlinearReading, ReadingTone, TimeOffset, ZeroDrift
 from vibrojax.effects.base import Motion, unit_in
@@ -112,13 +112,6 @@ def test_needs_no_even_sampling():
     motion = dataclasses.replace(_motion(trajectory), t=ts, u=zero, v=zero, indentation=zero, indentation_rate=zero, in_contact=zero > 0)
     reading = TimeOffset(7e-4, "cart_displacement").read({"cart_displacement": ts**3}, motion, jnp.zeros((len(ts), 0)))
     np.testing.assert_allclose(reading["cart_displacement"], (ts - 7e-4) ** 3, rtol=1e-9)
-
-
-def test_begins_where_the_records_show_a_delay():
-    scales = dataclasses.replace(SCALES, lags={"impact_force": -3e-3, "hammer_acceleration": 3e-3})  # the latter is not fitted
-    found = [one for (one,) in TimeOffset.probe.candidates(scales)]
-    assert [(one.of_channel, one.delay) for one in found if is_recorded(one, scales)] == [("impact_force", -3e-3)]
-    assert [one.of_channel for one in found if not is_recorded(one, scales)] == list(SCALES.channels)
 
 
 def _motion(trajectory):

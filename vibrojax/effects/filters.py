@@ -77,7 +77,7 @@ class ForceLag(AbstractChannelFault):
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) F_i,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
     own_states: ClassVar[tuple[OwnState, ...]] = (OwnState(name="memory", unit="N", scale=100.0),)
-    probe: ClassVar[Probe] = Probe(_lags, delay="lag")
+    probe: ClassVar[Probe] = Probe(_lags)
 
     of_channel: ClassVar[str] = "impact_force"
 

@@ -147,7 +147,7 @@ class Probe(Generic[Kind]):
     """How an effect is searched for.
 
     The score test estimates a candidate's strength from the derivative along the motion without the effect; what does not enter linearly
-    needs a grid of candidates. `is_stop` and `delay` mark effects that the records show otherwise, where that test is not enough.
+    needs a grid of candidates. `is_stop` marks one where that test is not enough.
 
     Attributes:
         effects: effects at a finite, plausible strength, each a candidate, from the scales of the records; none where it cannot act.
@@ -155,7 +155,6 @@ class Probe(Generic[Kind]):
         either_sign: whether a negative strength is possible.
         is_line: whether its candidates are the strongest lines of a spectrum.
         is_stop: whether it is a stop that the motion without it passes through: there the derivative gives no strength.
-        delay: name and field of the parameter by which its channel is late, as `ProbeScales.lags` may show; empty where it delays none.
     """
 
     effects: Callable[[ProbeScales], Iterable[Kind]]
@@ -164,7 +163,6 @@ class Probe(Generic[Kind]):
     either_sign: bool = False
     is_line: bool = False
     is_stop: bool = False
-    delay: str = ""
 
     def candidates(self, scales: ProbeScales) -> tuple[tuple[Kind, ...], ...]:
         """Candidates, each a tuple of members whose strengths are estimated together: one for each of `parts`, else the effect itself."""

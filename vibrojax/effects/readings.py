@@ -127,10 +127,8 @@ _POINTS = 4
 
 
 def _offsets(scales: ProbeScales) -> list["TimeOffset"]:
-    """Half a sample late, in every channel; and as late as the records show it."""
-    late = [TimeOffset(delay=_PROBE_DELAY * scales.sampling, of_channel=channel) for channel in scales.channels]
-    recorded = [TimeOffset(delay=scales.lags[channel], of_channel=channel) for channel in scales.channels if channel in scales.lags]
-    return [*late, *recorded]
+    """Half a sample late, in every channel."""
+    return [TimeOffset(delay=_PROBE_DELAY * scales.sampling, of_channel=channel) for channel in scales.channels]
 
 
 class TimeOffset(AbstractChannelFault):
@@ -148,7 +146,7 @@ class TimeOffset(AbstractChannelFault):
     summary: ClassVar[str] = "a channel that is shifted in time against the others"
     equation: ClassVar[str] = "r(t) = value(t - d)"
     source: ClassVar[str] = "Laakso et al. 1996"
-    probe: ClassVar[Probe] = Probe(_offsets, either_sign=True, delay="delay")
+    probe: ClassVar[Probe] = Probe(_offsets, either_sign=True)
 
     delay: Value = parameter("d", "s", start=0.0, lower=-np.inf, scale=1e-3, meaning="time by which the channel is late")
     of_channel: str = eqx.field(static=True, default="")

@@ -407,9 +407,9 @@ def test_a_channel_that_reads_little_but_noise_hides_no_order(seen):
 
 
 def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(seen):
-    """Stops of a model without one, whatever their score, and the delay that is shown in place of the one that was probed."""
-    probed, shown = (TimeOffset(delay=delay, of_channel="impact_force") for delay in (1e-4, 8e-3))
-    members = (at_start(EFFECTS["coulomb_friction"]), probed, shown, at_start(EFFECTS["missing_stop"]))
+    """Stops of a model without one, whatever their score, and what makes late the channel that is."""
+    prompt, late = (TimeOffset(delay=1e-4, of_channel=channel) for channel in ("hammer_acceleration", "impact_force"))
+    members = (at_start(EFFECTS["coulomb_friction"]), prompt, late, at_start(EFFECTS["missing_stop"]))
     listed = tuple(
         Scored(
             candidate=Candidate(name=one.name, members=(one,), signals=()),
@@ -429,8 +429,8 @@ def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_or
             one.candidate.members[0] for one in module._shortlist(dataclasses.replace(seen, fitted=beside, scales=scales, listed=listed))
         ]
 
-    assert chosen(0.5 * LARGE_PART) == [members[0], probed]
-    assert chosen(2.0 * LARGE_PART) == [members[0], shown, members[3]]
+    assert chosen(0.5 * LARGE_PART) == [members[0], prompt]
+    assert chosen(2.0 * LARGE_PART) == [members[0], prompt, late, members[3]]
 
 
 def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_not_order(seen, weighed, monkeypatch):
