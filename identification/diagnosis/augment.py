@@ -142,7 +142,7 @@ def aligned(seen: Look, scored: Scored) -> Scored:
     if not _shifts_impacts(seen, candidate):
         return scored
     problem, channel, effect = seen.fitted.problem, candidate.channel, candidate.members[0]
-    records = [r for r in problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
+    records = _with_sensor(seen, channel)
     last = float(effect.lateness(jnp.asarray(seen.scales.latest)))
     if not records or not last:
         return scored
@@ -157,6 +157,19 @@ def aligned(seen: Look, scored: Scored) -> Scored:
     best = effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=at))
     found = signals(seen.courses, problem.chains, [best])
     return dataclasses.replace(scored, candidate=dataclasses.replace(candidate, members=(best,), signals=tuple(found)))
+
+
+def left_apart(seen: Look, candidate: Candidate) -> float:
+    """How little a channel that the records show to be late has in common with the others as a candidate moves it back; 0 for others."""
+    if not is_shown_late(seen, candidate):
+        return 0.0
+    effect = candidate.members[0]
+    return apart(_with_sensor(seen, candidate.channel), candidate.channel)(lambda t: np.asarray(effect.lateness(jnp.asarray(t))))
+
+
+def _with_sensor(seen: Look, channel: str) -> list[Record]:
+    """Records in which a channel is a sensor's."""
+    return [r for r in seen.fitted.problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
 
 
 def _off_course(seen: Look, records: list[Record], channel: str) -> Callable[[Callable[[np.ndarray], np.ndarray]], float]:

@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import aligned, augmented, is_shown_late, only_by_force, refitted, without
+from identification.diagnosis.augment import aligned, augmented, is_shown_late, left_apart, only_by_force, refitted, without
 from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -235,7 +235,7 @@ def _step(
     hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
     waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
     if hidden:
-        waiting.sort(key=lambda pair: not _is_shown(seen, pair[0].candidate))
+        waiting.sort(key=lambda pair: (not _is_shown(seen, pair[0].candidate), left_apart(seen, pair[0].candidate)))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
@@ -246,7 +246,8 @@ def _step(
             for one, weighed in list(waiting):
                 best = max((max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
-                contained |= {one.name} if is_shown_late(seen, one.candidate) else set()  # of two channels either may be the late one
+                if is_shown_late(seen, one.candidate):  # of two channels either may be the late one
+                    contained |= {other.name for other in tried}
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))

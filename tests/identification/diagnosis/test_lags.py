@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.lags import _test_function, lags
+from identification.diagnosis.lags import _test_function, apart, lags
 from identification.experiment import Record
 
 DT, MASS = 5e-4, 0.5
@@ -149,3 +149,17 @@ def test_samples_that_are_missing_are_bridged():
     late = record(hammer_acceleration=3e-3)
     late.channels["hammer_displacement"][700:720] = np.nan
     assert lags([late]) == {"hammer_acceleration": pytest.approx(3e-3, abs=DT)}
+
+
+def test_a_channel_has_most_in_common_with_the_others_as_late_as_it_is():
+    """Its clock loses 4 ms in a second: no one delay brings it back."""
+    ppm = 4000.0
+    t = DT * np.arange(2400)
+    one = record()
+    channel = "hammer_displacement"
+    late = dataclasses.replace(one, channels=one.channels | {channel: np.interp(t * (1.0 - 1e-6 * ppm), t, one.channels[channel])})
+    misfit = apart([late], channel)
+    by_drift = {factor: misfit(lambda at, factor=factor: factor * 1e-6 * ppm * at) for factor in np.linspace(-0.5, 2.0, 26)}
+    by_delay = [misfit(lambda at, delay=delay: delay + 0.0 * at) for delay in np.linspace(-5e-3, 5e-3, 41)]
+    assert min(by_drift, key=by_drift.get) == pytest.approx(1.0, abs=0.11)
+    assert min(by_drift.values()) < 2.0 * min(by_delay)

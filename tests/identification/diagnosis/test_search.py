@@ -474,7 +474,21 @@ def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_ord
 
 
 def test_of_two_channels_that_the_records_show_apart_either_is_fitted_as_the_late_one(seen, weighed, monkeypatch):
+    """By the same effect: where a delay of the one explains all, a drift of the other is not asked."""
     tried = weighed(time_offset=900.0, clock_drift=300.0)
-    monkeypatch.setattr(module, "is_shown_late", lambda at, candidate: candidate.name == "clock_drift")
+    (first, anew), (drift, _) = module._weighed(seen)
+    other = dataclasses.replace(
+        first, gain=300.0, candidate=dataclasses.replace(first.candidate, members=(TimeOffset(1e-3, "impact_force"),))
+    )
+    monkeypatch.setattr(module, "is_shown_late", lambda at, candidate: True)
+    module._step(seen, [(first, anew), (drift, anew), (other, anew)], refusing(), lambda line: None)
+    assert tried == ["time_offset", "time_offset"]
+
+
+def test_of_what_makes_a_channel_late_the_one_that_brings_channels_together_is_fitted_first(seen, weighed, monkeypatch):
+    tried = weighed(clock_drift=900.0, time_offset=300.0)
+    monkeypatch.setattr(module, "_hides_the_order", lambda *given: True)
+    monkeypatch.setattr(module, "_is_shown", lambda at, candidate: True)
+    monkeypatch.setattr(module, "left_apart", lambda at, candidate: -50.0 if candidate.name == "time_offset" else -20.0)
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["time_offset", "clock_drift"]
