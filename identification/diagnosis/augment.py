@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from identification.diagnosis.lags import LONGEST, apart
+from identification.diagnosis.lags import LONGEST, misalignment
 from identification.diagnosis.look import Candidate, Look, Scored, read_off_loops
 from identification.diagnosis.signals import own_states, signals
 from identification.experiment import Record
@@ -17,7 +17,7 @@ from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, Progress, fit
 from identification.trajectory.motion import Estimate
 from identification.trajectory.remodel import remodelled
-from identification.trajectory.segments import OF_RECORD
+from identification.trajectory.segments import OF_RECORD, Lateness
 from identification.trajectory.start import Problem, begun_from
 from identification.trajectory.variances import is_largest, vanishes
 from vibrojax.effects import AbstractEffect, ProbeScales
@@ -101,14 +101,15 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
 def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
-    None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a delay that the
-    records show without a model: that motion followed channels of which one was late.
+    None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a lateness that
+    the records show without a model: that motion followed channels of which one was late. A lateness that was `aligned` begins as it is,
+    whatever its strength.
     """
-    whole = seen.fitted.problem.model_at(seen.fitted.at)
-    if is_shown_late(seen, candidate):
+    whole, is_aligned = seen.fitted.problem.model_at(seen.fitted.at), _is_aligned(seen, candidate)
+    if is_aligned and is_shown_late(seen, candidate):
         problem, _ = _with(seen.fitted, candidate.members)
         return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
-    effect, own = (candidate.members[0], {}) if _shifts_impacts(seen, candidate) else strengthened(candidate.members, strengths)
+    effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
     problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
     if not effect.does("stop"):
         return problem, near
@@ -117,9 +118,19 @@ def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[P
 
 
 def is_shown_late(seen: Look, candidate: Candidate) -> bool:
-    """Whether the records show, without a model, that the channel is late which a candidate makes late, and no effect is beside it."""
-    late = bool(candidate.members) and candidate.channel in seen.scales.lags and candidate.members[0].does("lateness")
+    """Whether a candidate makes a channel late that is late by the records alone, in a model without other effects."""
+    late = _makes_late(candidate) and candidate.channel in seen.scales.lags
     return late and not seen.fitted.problem.model.effects
+
+
+def _makes_late(candidate: Candidate) -> bool:
+    """Whether a candidate makes one channel late."""
+    return bool(candidate.channel) and candidate.members[0].does("lateness")
+
+
+def _is_aligned(seen: Look, candidate: Candidate) -> bool:
+    """Whether a candidate makes its channel late by more than a sample, at the end of the longest record: none is probed with as much."""
+    return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(seen.scales.latest)))) > seen.scales.sampling
 
 
 def _moved_back(record: Record, effect: AbstractEffect) -> Record:
@@ -132,21 +143,22 @@ def _moved_back(record: Record, effect: AbstractEffect) -> Record:
 
 
 def aligned(seen: Look, scored: Scored) -> Scored:
-    """A candidate that makes a channel with impacts late, by as much as agrees best with the others; other candidates as they are.
+    """A candidate that makes a channel late, at the lateness by which the channel agrees best; others, and up to a sample, as they are.
 
-    A derivative shows no way to a delay longer than an impact. Tried are up to `LONGEST` on either side at the end of the longest record:
-    in some hundred steps, then in steps of half a sampling interval about the best. The channel is compared with the others where the
-    records show without a model that it is late, else with the estimated motion.
+    A derivative shows no way to a delay longer than an impact. Where there are impacts, or the records show without a model that the
+    channel is late, up to `LONGEST` on either side at the end of the longest record is tried: in some hundred steps, then in steps of half
+    a sampling interval about the best. The channel is compared with the others if they show that it is late, else with the estimated
+    motion.
     """
-    candidate = scored.candidate
-    if not _shifts_impacts(seen, candidate):
+    candidate, problem = scored.candidate, seen.fitted.problem
+    if not _makes_late(candidate) or not (seen.scales.force > 0 or candidate.channel in seen.scales.lags):
         return scored
-    problem, channel, effect = seen.fitted.problem, candidate.channel, candidate.members[0]
-    records = _with_sensor(seen, channel)
+    effect, records = candidate.members[0], _with_sensor(seen, candidate.channel)
     last = float(effect.lateness(jnp.asarray(seen.scales.latest)))
     if not records or not last:
         return scored
-    misfit = apart(records, channel) if channel in seen.scales.lags else _off_course(seen, records, channel)
+    shown = candidate.channel in seen.scales.lags
+    misfit = misalignment(records, candidate.channel) if shown else _off_course(seen, records, candidate.channel)
 
     def at(factor: float) -> float:
         return misfit(lambda t: factor * np.asarray(effect.lateness(jnp.asarray(t))))
@@ -154,17 +166,20 @@ def aligned(seen: Look, scored: Scored) -> Scored:
     step, count = 0.5 * seen.scales.sampling / last, int(LONGEST / (0.5 * seen.scales.sampling))
     coarse = max(1, count // _COARSE)
     rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=at)
-    best = effect.scaled(min([1.0, *(rough + step * np.arange(1 - coarse, coarse))], key=at))
+    best = effect.scaled(min([0.0, *(rough + step * np.arange(1 - coarse, coarse))], key=at))
+    changed = dataclasses.replace(candidate, members=(best,))
+    if not _is_aligned(seen, changed):
+        return scored
     found = signals(seen.courses, problem.chains, [best])
-    return dataclasses.replace(scored, candidate=dataclasses.replace(candidate, members=(best,), signals=tuple(found)))
+    return dataclasses.replace(scored, candidate=dataclasses.replace(changed, signals=tuple(found)))
 
 
-def left_apart(seen: Look, candidate: Candidate) -> float:
-    """How little a channel that the records show to be late has in common with the others as a candidate moves it back; 0 for others."""
+def misalignment_of(seen: Look, candidate: Candidate) -> float:
+    """`misalignment` of a channel that the records show to be late, moved back as a candidate says; 0 for other candidates."""
     if not is_shown_late(seen, candidate):
         return 0.0
-    effect = candidate.members[0]
-    return apart(_with_sensor(seen, candidate.channel), candidate.channel)(lambda t: np.asarray(effect.lateness(jnp.asarray(t))))
+    effect, channel = candidate.members[0], candidate.channel
+    return misalignment(_with_sensor(seen, channel), channel)(lambda t: np.asarray(effect.lateness(jnp.asarray(t))))
 
 
 def _with_sensor(seen: Look, channel: str) -> list[Record]:
@@ -172,24 +187,24 @@ def _with_sensor(seen: Look, channel: str) -> list[Record]:
     return [r for r in seen.fitted.problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
 
 
-def _off_course(seen: Look, records: list[Record], channel: str) -> Callable[[Callable[[np.ndarray], np.ndarray]], float]:
-    """Mean square, over that of the noise, of a channel less what it shows of the estimated motion if it is late, by the lateness."""
+def _off_course(seen: Look, records: list[Record], channel: str) -> Callable[[Lateness], float]:
+    """Function of a lateness: mean squared error of a channel beside the estimated motion, over that of the noise.
+
+    Infinite where a lateness leaves less than half of the readings to compare.
+    """
     shown = {record.file: course for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)}
     values = [np.asarray(shown[record.file].readings[channel])[: len(record.time)] for record in records]
 
-    def of(lateness: Callable[[np.ndarray], np.ndarray]) -> float:
+    def of(lateness: Lateness) -> float:
         errors = []
         for record, course in zip(records, values, strict=True):
             late = np.interp(record.time - lateness(record.time), record.time, course, left=np.nan, right=np.nan)
             errors.append((record.channels[channel] - late) / record.noise[channel])
-        return float(np.nanmean(np.concatenate(errors) ** 2))
+        known = np.concatenate(errors)
+        known = known[np.isfinite(known)]
+        return float(np.mean(known**2)) if 2 * len(known) > sum(map(len, errors)) else np.inf
 
     return of
-
-
-def _shifts_impacts(seen: Look, candidate: Candidate) -> bool:
-    """Whether a candidate makes a channel late in records with impacts."""
-    return bool(candidate.channel) and candidate.members[0].does("lateness") and seen.scales.force > 0
 
 
 def _from_loops(problem: Problem, effect: AbstractEffect, scales: ProbeScales) -> Problem:

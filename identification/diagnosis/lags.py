@@ -10,6 +10,7 @@ from scipy.signal import correlate, correlation_lags, fftconvolve
 
 from identification.experiment import Record
 from identification.experiment.samples import bridged
+from identification.trajectory.segments import Lateness
 
 _DERIVATIVES = {"hammer_displacement": (3, 1.0), "hammer_acceleration": (1, 1.0), "impact_force": (1, -1.0)}
 """Order of differentiation that turns a channel into the hammer's jerk, and sign of the factor; the suspension's part is neglected."""
@@ -60,29 +61,28 @@ def lags(records: Sequence[Record]) -> dict[str, float]:
     return {name: delay for name, delay in agreed.items() if delay}
 
 
-def apart(records: Sequence[Record], channel: str) -> Callable[[Callable[[np.ndarray], np.ndarray]], float]:
-    """How little a channel, moved back by a time that varies along a record, has in common with the others; the lower the better.
+def misalignment(records: Sequence[Record], channel: str) -> Callable[[Lateness], float]:
+    """Function of a lateness: how little a channel, moved back by it, has in common with the others of the hammer; the lower the better.
 
     Minus the decrease of chi-square by regression of its jerk on theirs, over all widths of the test functions, as in `lags`; a jerk is as
-    smooth as these, and compared at a quarter of their half width.
+    smooth as these, and compared at a quarter of their half width. Beyond the ends of a record nothing is known of it.
 
     Args:
         records: of which those count that hold the channel and another one of the hammer.
-        channel: that is late.
-
-    Returns:
-        Function of a lateness, s, which is a function of the time, s.
+        channel: for which `lags` has a delay.
     """
     found = [(record.time[0], _jerks(record)) for record in records if record.kind != "prescribed" and channel in record.channels]
 
-    def of(lateness: Callable[[np.ndarray], np.ndarray]) -> float:
+    def of(lateness: Lateness) -> float:
         total = 0.0
         for begin, jerks in found:
             for place, half in enumerate(jerks.half_widths):
                 own, some = jerks.by_channel[channel][place], slice(None, None, max(half // 4, 1))
                 t = begin + jerks.dt * (half + np.arange(len(own)))
-                moved = np.interp(t[some] + lateness(t[some]), t, own)
-                for other in jerks.by_channel.keys() - {channel}:
+                moved = np.interp(t[some] + lateness(t[some]), t, own, left=0.0, right=0.0)
+                for other in _DERIVATIVES:
+                    if other == channel or other not in jerks.by_channel:
+                        continue
                     theirs = jerks.by_channel[other][place][some]
                     size = float(np.sqrt(np.sum(moved**2) * np.sum(theirs**2)))
                     common = float(np.clip(moved @ theirs / size, 0.0, 1.0 - 1e-12)) if size else 0.0

@@ -15,6 +15,7 @@ from identification.diagnosis.diagnosis import LIMITED
 from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
 from identification.diagnosis.signals import signals
+from identification.experiment.samples import runs_of
 from identification.guesses.parameters import Loops, likelier_start
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated, Scorer, reestimated, scorer, some_force
@@ -33,7 +34,7 @@ from vibrojax.errors import InputError
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """An addition to the model: an effect at its probing strength, or a free form.
+    """An addition to the model: an effect at the strength at which it is probed, or was aligned, or a free form.
 
     Attributes:
         name: of the effect or of the free form.
@@ -107,18 +108,18 @@ class Look:
     def in_loops(self) -> frozenset[str]:
         """Names of listed effects that change the law of the stop, as the measured loops of force over indentation show.
 
-        No motion is integrated for that, so that it holds where the fitted model is far off. An impact counts for as many observations as
-        the law has numbers, which its loop shows.
+        No motion is integrated for that, so that it holds where the fitted model is far off. The loop of one impact shows as many numbers
+        as the law has, and counts for as many observations.
         """
         problem, found = self.fitted.problem, set()
-        shown = sum(len(one) for one in self.scales.contacts.values()) * len(problem.model.law.parameters)
+        impacts = sum(len(runs_of(motion.touching)[0]) for motion in problem.motions if motion is not None)
         for effect in {one.candidate.name: one.candidate.members[0] for one in self.listed if one.candidate.members}.values():
             if not (effect.does("stop") and problem.model.has_stop):
                 continue
             plain, changed = read_off_loops(problem, self.scales), read_off_loops(problem, self.scales, effect)
-            if plain is None or changed is None:
+            if plain is None or changed is None or plain.load_cell != changed.load_cell:
                 continue
-            gain = shown * np.log(plain.misfit / max(changed.misfit, 1e-300))
+            gain = impacts * len(problem.model.law.parameters) * np.log(plain.misfit / max(changed.misfit, 1e-300))
             if chance(gain, sum(not p.searched for p in effect.parameters), 1) < LEVEL:
                 found.add(effect.name)
         return frozenset(found)

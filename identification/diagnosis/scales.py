@@ -91,8 +91,9 @@ def _contacts(touched: np.ndarray, time: np.ndarray) -> tuple[tuple[float, float
 
 
 def _unmended(found: dict[str, float], fitted: Fitted) -> dict[str, float]:
-    """Delays that the records show; none if an effect of the model is in one of these channels."""
-    return {} if {effect.channel for effect in fitted.problem.model.effects} & found.keys() else found
+    """Delays that the records show; none if the model already delays, or filters, one of these channels."""
+    mended = {effect.channel for effect in fitted.problem.model.effects if effect.does("lateness") or effect.own_states}
+    return {} if mended & found.keys() else found
 
 
 def _ceilings(fitted: Fitted, channels: tuple[str, ...]) -> dict[str, float]:

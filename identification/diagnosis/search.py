@@ -9,7 +9,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from identification.diagnosis.augment import aligned, augmented, is_shown_late, left_apart, only_by_force, refitted, without
+from identification.diagnosis.augment import aligned, augmented, is_shown_late, misalignment_of, only_by_force, refitted, without
 from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
 from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
 from identification.diagnosis.next_experiment import Cause
@@ -235,7 +235,7 @@ def _step(
     hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
     waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
     if hidden:
-        waiting.sort(key=lambda pair: (not _is_shown(seen, pair[0].candidate), left_apart(seen, pair[0].candidate)))
+        waiting.sort(key=lambda pair: (not _is_shown(seen, pair[0].candidate), misalignment_of(seen, pair[0].candidate)))
     samples = seen.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
@@ -366,9 +366,10 @@ def _is_stop(candidate: Candidate) -> bool:
 
 
 def _is_shown(seen: Look, candidate: Candidate) -> bool:
-    """Whether the records show a candidate without a model: a stop that the model lacks, or what makes a channel late that is late.
+    """Whether the records show a candidate without a fitted model.
 
-    Or a change of the law of the stop, by the loops of force over indentation.
+    So are a stop that the model lacks, a change of its law by the loops of force over indentation, and what makes a channel late that
+    `lags` shows to be late.
     """
     if not candidate.members:
         return False

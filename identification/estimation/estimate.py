@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.augment import augmented
+from identification.diagnosis.augment import aligned, augmented
 from identification.diagnosis.look import known_effects, look, weighed_anew
 from identification.estimation.held_back import held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.likelihood import posterior_sample, profiles
@@ -156,7 +156,8 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formu
         if not seen.listed:
             channels = joined(list(found.problem.chains.channels))
             raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
-        scored, best = seen.listed[0], seen.listed[0].candidate
+        scored = aligned(seen, seen.listed[0])
+        best = scored.candidate
         places.append(best.channel or best.members[0].record or "")
         possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
         progress(f"fitting the model with {name}")

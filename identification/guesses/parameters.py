@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 from scipy.optimize import least_squares
 
 from identification.experiment import Experiment, Record
@@ -60,11 +61,13 @@ class Loops(NamedTuple):
         values: of parameters by name, SI.
         gap_errors: setting errors of the gaps, m, (records,).
         misfit: sum of squared errors of the force, those far off counted less, relative to 2 % of its largest value.
+        load_cell: whether the force is that of the load cell, not of the hammer's inertia.
     """
 
     values: dict[str, float]
-    gap_errors: np.ndarray
+    gap_errors: Float[np.ndarray, " records"]
     misfit: float
+    load_cell: bool
 
 
 def likelier_start(
@@ -136,7 +139,7 @@ def contact_start(
         spec = specs[name]
         values[name] = float(np.clip(spec.to_physical(np.clip(internal, -40, 40)), max(spec.lower, 1e-3 * spec.start), spec.upper))
     errors[owners] = units[0] * best[len(names) : len(names) + len(owners)]
-    return Loops(values, errors, 2.0 * float(least.cost))
+    return Loops(values, errors, 2.0 * float(least.cost), load_cell)
 
 
 def _guess(model: Model, specs, names, samples, exponent: float | None, part: tuple[float, float]) -> np.ndarray:

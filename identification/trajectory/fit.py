@@ -325,18 +325,19 @@ def _with_likeliest(
 ) -> Fitted:
     """Steps with the likeliest variances: of force and readings at once where they compete, else one after the other, or the readings held.
 
-    Reading errors that stay as they are beside the largest force do so here too, unless the two together are likelier below it. Parameters
-    that diverge beside that force are not brought back by steps: there are none unless it falls.
+    Reading errors are held beside the largest force, as in the rounds before, unless a smaller force is likelier together with others.
+    Parameters that diverge beside that force are not brought back by steps: there are none unless it falls.
     """
     force, readings, stride, most, ends_at_largest = variances.force, variances.readings, Stride(problem), 6, False
     linear, local, solution = equations(problem, at, variances)
     for last in range(most):
         near = last > 0 and change(problem, at, solution) < _SMALL_STEP
-        if any(one.order for one in readings) and not (vanishes(problem, force) or ends_at_largest):
+        together = any(one.order for one in readings) and not (vanishes(problem, force) or (ends_at_largest and is_largest(problem, force)))
+        if together:
             found = likeliest(problem, at, linear, Variances(force=force, readings=readings), iterations=40 if near else 12)
             ends_at_largest = _holds_readings(problem, force) and is_largest(problem, found[0])
             force, readings = (force, readings) if ends_at_largest else found
-        else:
+        if not together or ends_at_largest:
             if not (last and vanishes(problem, force)):  # one that has just been found not to pay would come and go
                 force = annealed(problem, at, local, force, evaluations=40)
             if not _holds_readings(problem, force):

@@ -8,6 +8,7 @@ import pytest
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
 from identification.diagnosis.look import Candidate, Look, Scored
+from identification.estimation import estimate
 from identification.trajectory.start import begun_from, problem_of
 from identification.trajectory.variances import LARGEST_FORCE
 from tests.effects.start import at_start
@@ -86,6 +87,26 @@ def test_a_clock_that_drifts_begins_where_the_channels_agree_whatever_the_fitted
 def test_other_candidates_stay_as_they_are(seen):
     one = scored(probed(seen, "quadratic_drag"))
     assert augment.aligned(seen, one) is one
+
+
+@pytest.mark.parametrize("part", [0.2, -0.2])
+def test_a_delay_by_a_part_of_a_sample_begins_at_its_first_order(seen, part):
+    """Its derivative shows the way; the steps of the alignment are too coarse for it."""
+    one = scored(probed(seen, "time_offset"))
+    beside = made_late(seen, one.candidate.channel, lambda t: part * seen.scales.sampling)
+    assert augment.aligned(beside, one) is one
+    _, near = extended(beside, one.candidate, np.array([2.0 * part]))
+    assert near.shared[-1] == pytest.approx(part * seen.scales.sampling)
+
+
+def test_a_channel_that_is_shown_to_be_late_is_aligned_without_impacts_in_the_model(seen):
+    delay, channel = 5e-3, "hammer_displacement"
+    late = made_late(seen, channel, lambda t: delay)
+    shown = dataclasses.replace(late, scales=dataclasses.replace(seen.scales, force=0.0, lags={channel: delay}))
+    effect = TimeOffset(delay=0.5 * seen.scales.sampling, of_channel=channel)
+    one = scored(Candidate(name="time_offset", members=(effect,), signals=()))
+    assert augment.aligned(shown, one).candidate.members[0].delay == pytest.approx(delay, abs=seen.scales.sampling)
+    assert augment.misalignment_of(shown, augment.aligned(shown, one).candidate) < 2.0 * augment.misalignment_of(shown, one.candidate) < 0.0
 
 
 def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(seen):
@@ -210,3 +231,17 @@ def test_a_continued_fit_begins_with_the_estimate_and_the_variances_of_the_model
     found = augment.continued(seen.fitted.problem, seen.fitted.at, beside, lambda line: None)
     assert found.of_readings
     assert (given[0]["at"], given[0]["begin"], given[0]["both"]) == (seen.fitted.at, beside.variances, False)
+
+
+def test_an_effect_that_is_asked_for_by_name_is_aligned_too(seen, monkeypatch):
+    delay, channel = 5e-3, "hammer_displacement"
+    late, asked = made_late(seen, channel, lambda t: delay), []
+
+    def augmented(at, candidate, weighed, progress):
+        asked.append(candidate.members[0])
+        return at.fitted
+
+    monkeypatch.setattr(estimate, "augmented", augmented)
+    estimate.with_effects(late.fitted, ["time_offset"], progress=lambda line: None)
+    (one,) = asked
+    assert abs(one.delay) > seen.scales.sampling

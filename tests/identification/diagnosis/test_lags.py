@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identification.diagnosis.lags import _test_function, apart, lags
+from identification.diagnosis.lags import _test_function, lags, misalignment
 from identification.experiment import Record
 
 DT, MASS = 5e-4, 0.5
@@ -158,7 +158,7 @@ def test_a_channel_has_most_in_common_with_the_others_as_late_as_it_is():
     one = record()
     channel = "hammer_displacement"
     late = dataclasses.replace(one, channels=one.channels | {channel: np.interp(t * (1.0 - 1e-6 * ppm), t, one.channels[channel])})
-    misfit = apart([late], channel)
+    misfit = misalignment([late], channel)
     by_drift = {factor: misfit(lambda at, factor=factor: factor * 1e-6 * ppm * at) for factor in np.linspace(-0.5, 2.0, 26)}
     by_delay = [misfit(lambda at, delay=delay: delay + 0.0 * at) for delay in np.linspace(-5e-3, 5e-3, 41)]
     assert min(by_drift, key=by_drift.get) == pytest.approx(1.0, abs=0.11)

@@ -489,6 +489,6 @@ def test_of_what_makes_a_channel_late_the_one_that_brings_channels_together_is_f
     tried = weighed(clock_drift=900.0, time_offset=300.0)
     monkeypatch.setattr(module, "_hides_the_order", lambda *given: True)
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: True)
-    monkeypatch.setattr(module, "left_apart", lambda at, candidate: -50.0 if candidate.name == "time_offset" else -20.0)
+    monkeypatch.setattr(module, "misalignment_of", lambda at, candidate: -50.0 if candidate.name == "time_offset" else -20.0)
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["time_offset", "clock_drift"]

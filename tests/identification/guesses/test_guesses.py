@@ -84,7 +84,8 @@ def test_contact_start_reads_the_force_law():
     record, motion, model = loops_of_a_known_law()
     found = contact_start(model, [record], [motion], ("k_i", "n", "lambda_i"), load_cell=True)
     assert found is not None
-    values, errors, misfit = found
+    values, errors, misfit, load_cell = found
+    assert load_cell
     assert misfit < 0.1 * contact_start(model, [record], [motion], ("lambda_i",), load_cell=True).misfit
     assert values["n"] == pytest.approx(1.5, abs=0.1)
     assert values["lambda_i"] == pytest.approx(0.4, rel=0.15)
@@ -110,7 +111,7 @@ def test_loops_show_a_harder_stop_behind_the_first():
 def test_contact_is_read_off_the_inertia_only_where_the_cell_shows_the_stop_millimetres_away(monkeypatch, cell_gap, stiffness):
     """A gap that was set wrong by 70 um does not speak against the cell."""
     record, motion, model = loops_of_a_known_law()
-    read = {True: Loops({"k_i": 1e6}, np.array([cell_gap]), 1.0), False: Loops({"k_i": 2e6}, np.array([1e-5]), 1.0)}
+    read = {True: Loops({"k_i": 1e6}, np.array([cell_gap]), 1.0, True), False: Loops({"k_i": 2e6}, np.array([1e-5]), 1.0, False)}
     monkeypatch.setattr(parameters, "contact_start", lambda *_, load_cell, effects: read[load_cell])
     experiment = Experiment(
         name="cell", folder=Path(), mass=1.0, suspension=Suspension(kind="linear"), law="hunt-crossley", sha256="", records=(record,)

@@ -204,3 +204,16 @@ def test_reading_errors_change_beside_the_largest_force_only_where_a_smaller_one
     found = module._with_likeliest(vibrating, vibrating.start, begin, rng, lambda line: None, rounds=1, diverges=False)
     assert found.variances.readings == (begin.readings if share == 1.0 else joint[1])
     assert asked == [12]
+
+
+def test_force_and_reading_errors_are_searched_together_again_once_the_force_has_fallen(vibrating, monkeypatch):
+    begin = module.first_variances(vibrating)
+    begin = dataclasses.replace(begin, readings=(ReadingError(coefficients=(0.5,), innovation=2.0),))
+    fallen, asked = dataclasses.replace(begin.force, std=0.1 * begin.force.std), []
+    monkeypatch.setattr(module, "_holds_readings", module.is_largest)
+    monkeypatch.setattr(module, "likeliest", lambda *given, iterations: asked.append(iterations) or (begin.force, begin.readings))
+    monkeypatch.setattr(module, "annealed", lambda *given, **named: fallen)
+    monkeypatch.setattr(module, "coloured", lambda problem, at, linear, local, force, rng, draws: begin.readings)
+    monkeypatch.setattr(module, "force_if_it_pays", lambda problem, at, local, force: (force, solved(problem, at, local, force)))
+    module._with_likeliest(vibrating, vibrating.start, begin, np.random.default_rng(0), lambda line: None, rounds=1, diverges=False)
+    assert len(asked) > 1
