@@ -91,7 +91,7 @@ def _nothing_missing(
         if unrest is None and beyond:
             channel, times = next(iter(beyond.items()))
             cause = f"the error of {spoken(channel)} is {significant(times, 2)} times its noise ({chi2})"
-        return f"The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record{beside}: {cause}."
+        return f"The misfit exceeds the sensors' noise, and no function of motion, drive, time or record explains it{beside}: {cause}."
     if longer:
         channel, times = next(iter(longer.items()))
         return (

@@ -91,7 +91,8 @@ _SENTENCES = {
         "The strongest candidate, drag, would arise by chance in 1 of 4 such records.",
     ),
     RESTLESS: (
-        "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record: a random force acts on the hammer.",
+        "The misfit exceeds the sensors' noise, and no function of motion, drive, time or record explains it:"
+        " a random force acts on the hammer.",
         UNREST.sentence(),
     ),
     MISSING: (

@@ -41,7 +41,7 @@ def test_an_error_that_lasts_longer_than_the_noise_that_was_seen_is_not_called_n
 def test_the_random_force_of_a_restless_rig_is_stated(made):
     text = said(made[RESTLESS], unrest=UNREST)
     assert text.startswith(
-        "The misfit exceeds the sensors' noise and does not depend on motion, drive, time or record: a random force acts"
+        "The misfit exceeds the sensors' noise, and no function of motion, drive, time or record explains it: a random force acts"
     )
     assert "random force on the hammer is 0.021 N rms (1.2 % of the spring's force) with a correlation time of 8.2 ms." in text
 
