@@ -56,7 +56,7 @@ def headline(diagnosis: Diagnosis) -> str:
         return f"No listed effect is missing, but {varies}" if varies else "Nothing is missing beyond the noise"
     if diagnosis.verdict == RESTLESS:
         cause = "a random force acts on the hammer" if diagnosis.unrest else "readings are off by more than their noise"
-        return f"Nothing is missing, but {cause}" + (f", and {varies}" if varies else "")
+        return f"No listed effect is missing, but {cause}" + (f", and {varies}" if varies else "")
     if diagnosis.verdict == MISSING:
         return f"Missing: {joined([one.effect.summary + (f' ({where(one)})' if where(one) else '') for one in diagnosis.effects])}"
     return f"Something is missing that no {looked_for(diagnosis)} explains"

@@ -186,7 +186,7 @@ def test_free_forms_are_drawn_in_the_unit_of_what_they_are(made):
 
 def test_a_restless_rig_lacks_nothing_and_its_random_force_is_stated(made, pages):
     text = read(pages[RESTLESS][0]).text
-    assert "Nothing is missing, but a random force acts on the hammer" in text
+    assert "No listed effect is missing, but a random force acts on the hammer" in text
     assert "random force on the hammer is 0.021 N rms" in text and "correlation time of 8.2 ms" in text
     for piece in ("Where it acts", "What it is", "What was learned", "augmented", "The shift is"):
         assert piece not in text.partition("Provenance")[0], piece

@@ -48,8 +48,10 @@ def test_the_random_force_of_a_restless_rig_is_stated(made):
 
 def test_readings_that_are_off_by_more_than_their_noise_are_stated_where_no_force_acts(made):
     of = (RESTLESS, (), {}, None, made[RESTLESS].nominal, made[RESTLESS].augmented, "", None, {"impact_force": 162.0})
-    assert "drive, time or record: the error of impact force is 160 times its noise (reduced chi-square" in " ".join(sentences(*of))
-    assert headline(dataclasses.replace(made[RESTLESS], unrest=None)) == "Nothing is missing, but readings are off by more than their noise"
+    text = " ".join(sentences(*of))
+    assert "drive, time or record explains it: the error of impact force is 160 times its noise (reduced chi-square" in text
+    found = headline(dataclasses.replace(made[RESTLESS], unrest=None))
+    assert found == "No listed effect is missing, but readings are off by more than their noise"
 
 
 @pytest.mark.parametrize("verdict", [MISSING, UNLISTED])
@@ -114,8 +116,8 @@ def test_a_value_for_each_record_is_no_nominal_model(made):
     assert "k_i varies between records: (1.50 ± 0.30) × 10⁶ N/mⁿ in a.csv, (2.50 ± 0.30) × 10⁶ N/mⁿ in b.csv." in text
     assert headline(diagnosis) == "No listed effect is missing, but k_i varies between records"
     restless = dataclasses.replace(made[RESTLESS], augmented=dataclasses.replace(made[RESTLESS].augmented, disagreements=(one,)))
-    assert "drive, time or record beside a separate value of k_i in each record: a random force acts" in said(restless)
-    assert headline(restless) == "Nothing is missing, but a random force acts on the hammer, and k_i varies between records"
+    assert "drive, time or record explains it beside a separate value of k_i in each record: a random force acts" in said(restless)
+    assert headline(restless) == "No listed effect is missing, but a random force acts on the hammer, and k_i varies between records"
 
 
 def test_an_unlisted_cause_without_a_term_states_the_error_of_the_nominal_model(made):
