@@ -219,21 +219,18 @@ def _periodic(symbol: str, meaning: str) -> Any:
     return parameter(symbol, UNIT_OF_CHANNEL, start=0.0, lower=-np.inf, scale=1e-4, per_record=True, meaning=meaning)
 
 
-_LOWEST_HZ, _HIGHEST_HZ = 15.0, 1000.0
-
-
 def _hums(scales: ProbeScales) -> list["MainsHum"]:
-    """Sine and cosine of every strong line in the residual of a channel, of the size of its noise."""
+    """Sine and cosine of every line of the mains in the residual of a channel, of the size of its noise."""
     return [
         MainsHum(frequency_hz=line, sine=scales.noise[channel], cosine=scales.noise[channel], of_channel=channel)
         for channel in scales.channels
         for line in scales.foreign_lines(channel)
-        if _LOWEST_HZ <= line <= _HIGHEST_HZ
+        if is_of_mains(line)
     ]
 
 
 class MainsHum(AbstractChannelFault):
-    """A steady line in one channel, unrelated to the excitation; its phase is another in every record.
+    """A line of the mains in one channel, unrelated to the excitation; its phase is another in every record.
 
     r = value + a sin(2 pi f t) + b cos(2 pi f t), t on the record's clock. Differentiable everywhere.
 
@@ -288,8 +285,6 @@ class ReadingTone(AbstractChannelFault):
     equation: ClassVar[str] = "r = value + exp(-s t) (a sin(2 pi f t) + b cos(2 pi f t))"
     source: ClassVar[str] = "Ewins 2000"
     probe: ClassVar[Probe] = Probe(_tones, parts=("sine", "cosine"), either_sign=True, is_line=True)
-    special_cases: ClassVar[tuple[str, ...]] = ("mains_hum",)
-    """One that does not decay."""
 
     frequency_hz: Value = parameter("f_t", "Hz", start=10.0, lower=1e-3, upper=1e5, meaning="frequency of the tone")
     decay_rate: Value = parameter("s_t", "1/s", start=0.0, logarithmic=False, meaning="decay rate of the tone")
