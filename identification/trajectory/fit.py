@@ -47,6 +47,8 @@ _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
 """The other end is at the place of the first with more than this part of its random force, and parameters within so many of its errors."""
+_STEPS_OF_A_ROUND = 6
+"""Under variances that stay, at most."""
 _ROUNDS = 24
 """Of steps with variances that move on a little, at most."""
 
@@ -347,14 +349,28 @@ def _with_likeliest(
         progress(_line(rounds - 1, problem, at, force))
         if last == most - 1 or (near and change(problem, at, solution) < _SMALL_STEP) or (diverges and is_largest(problem, force)):
             break
-        there = moved(problem, at, *stride.taken(at, solution))
+        now = Variances(force=force, readings=readings)
         try:
-            linear, local, solution = equations(problem, there, Variances(force=force, readings=readings))
+            at, linear, local, solution = _until_it_stays(problem, at, now, solution, stride)
         except np.linalg.LinAlgError:  # without the force that was taken away the motion diverges
-            stopped = _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
-            return dataclasses.replace(stopped, converged=False)
-        at = there
+            return dataclasses.replace(_ended(problem, at, now, linear, local, solution, rounds=rounds), converged=False)
     return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
+
+
+def _until_it_stays(
+    problem: Problem, at: Estimate, variances: Variances, solution: Solution, stride: Stride
+) -> tuple[Estimate, Linearised, Weighed, Solution]:
+    """Steps under given variances until the likelihood stays, in which the motion may still move where the parameters do not; a few.
+
+    Raises:
+        LinAlgError: the equations became singular.
+    """
+    for _ in range(_STEPS_OF_A_ROUND):
+        at, before = moved(problem, at, *stride.taken(at, solution)), solution.deviance
+        linear, local, solution = equations(problem, at, variances)
+        if abs(solution.deviance - before) < OF_TWO_NUMBERS:
+            break
+    return at, linear, local, solution
 
 
 def settled(problem: Problem, at: Estimate, variances: Variances, *, steps: int = 8) -> Fitted:
