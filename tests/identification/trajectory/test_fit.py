@@ -10,11 +10,13 @@ from scipy.optimize import least_squares
 from identification.trajectory import fit as module
 from identification.trajectory.elimination import solved
 from identification.trajectory.fit import Fitted, _rank, equations, fit, settled
+from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
 from identification.trajectory.segments import at_ceiling, not_shown
 from identification.trajectory.start import problem_of
-from identification.trajectory.variances import LARGEST_FORCE, SMALLEST_FORCE, Variances, is_no_mode, likeliest, reweighed
+from identification.trajectory.step import Stride, moved
+from identification.trajectory.variances import LARGEST_FORCE, OF_TWO_NUMBERS, SMALLEST_FORCE, Variances, is_no_mode, likeliest, reweighed
 from tests.identification.conftest import TRUTH
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, NOISE, ZETA, Linear, shaken
 
@@ -55,6 +57,25 @@ def test_likeliest_variances_are_found_from_a_large_and_slow_random_force(small,
 
     there = dataclasses.replace(begin, force=RandomForce(std=1e-2 * problem.scales.force, memory=1e-3))
     assert least(begin) == pytest.approx(least(there), abs=2.0)
+
+
+def test_a_round_ends_where_the_likelihood_stays_though_the_parameters_have_long_stood_still(small):
+    """With the parameters held, from a motion that is 0.1 mm off: one step leaves hundreds of -2 log likelihood to gain."""
+    problem = problem_of(small)
+    held = dataclasses.replace(problem.border, shared=np.zeros_like(problem.border.shared))
+    problem, begin = dataclasses.replace(problem, border=held), module.first_variances(problem)
+    small_force = dataclasses.replace(begin, force=RandomForce(std=1e-3 * begin.force.std, memory=begin.force.memory))
+    off = dataclasses.replace(problem.start, states=problem.start.states + 1e-4)
+
+    def deviance(at: Estimate) -> float:
+        return equations(problem, at, small_force)[2].deviance
+
+    *_, solution = equations(problem, off, small_force)
+    once = moved(problem, off, solution, 1.0)
+    twice = moved(problem, once, equations(problem, once, small_force)[2], 1.0)
+    there, _, _, last = module._until_it_stays(problem, off, small_force, solution, Stride(problem))
+    assert deviance(once) - deviance(twice) > 100.0
+    assert deviance(moved(problem, there, last, 1.0)) == pytest.approx(last.deviance, abs=OF_TWO_NUMBERS)
 
 
 def test_without_a_force_the_chain_is_one_trajectory_fitted_by_least_squares():
