@@ -206,12 +206,10 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     states = len(unknowns.states)
     size, segments = states + 1, len(chains.left)
     columns = 3 * size + len(unknowns.shared) + len(unknowns.own)
-    gram, right, squares = np.zeros((segments, columns, columns)), np.zeros((segments, columns)), []
-    for rows, residual in whitened_rows(chains, unknowns, border, linear, white):
-        turned = rows.swapaxes(1, 2)
-        gram += turned @ rows
-        right += (turned @ residual[..., None])[..., 0]
-        squares.append(float((residual**2).sum()))
+    by_channel = list(whitened_rows(chains, unknowns, border, linear, white))
+    squares = [float((residual**2).sum()) for _, residual in by_channel]
+    rows, residuals = (np.concatenate(part, axis=1) for part in zip(*by_channel, strict=True))
+    turned = rows.swapaxes(1, 2)
     defect = np.zeros((segments, states, columns))
     _put(defect, -scaled(chains, border, linear.end_by, states), states, 1)
     defect[:, np.arange(states), 2 * size + np.arange(states)] += 1.0
@@ -219,8 +217,8 @@ def weighed(chains: Chains, unknowns: Unknowns, border: Border, linear: Linearis
     lost = ~linear.done
     defect[lost], gap[lost] = 0.0, 0.0
     return Weighed(
-        gram=gram,
-        right=right,
+        gram=turned @ rows,
+        right=(turned @ residuals[..., None])[..., 0],
         square=sum(squares),
         log_determinant=sum(one.log_determinant for one in white),
         defect=defect,
