@@ -10,7 +10,7 @@ from identification.trajectory.random_force import RandomForce
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, vanishes
 from tests.identification.diagnosis.candidates import probed
 
-NAMES = ("mains_hum", "gap_step", "quadratic_drag")
+NAMES = ("reading_tone", "gap_step", "quadratic_drag")
 """With numbers of its own in each record, in one record alone, and in all."""
 
 

@@ -16,7 +16,7 @@ from vibrojax.compiling import soon_compiled
 _passed = soon_compiled(passed)
 SMALL = 1e-3
 """Of the strength at which an effect is probed: first order."""
-CASES = ("quadratic_drag", "gap_drift", "second_mode", "mains_hum", "gain_error")
+CASES = ("quadratic_drag", "gap_drift", "second_mode", "reading_tone", "gain_error")
 """A force, a shift of the stop, one with states of its own, one with numbers of its own in each record, and a reading's error."""
 
 
