@@ -268,7 +268,10 @@ def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:
     nothing = SMALLEST_FORCE * fitted.problem.scales.force
     if force.std <= 1.01 * nothing:
         return None
-    gain = deviance(fitted, dataclasses.replace(force, std=nothing)) - deviance(fitted, force)
+    try:
+        gain = deviance(fitted, dataclasses.replace(force, std=nothing)) - deviance(fitted, force)
+    except np.linalg.LinAlgError:  # the records cannot be explained without one
+        gain = np.inf
     if chance_of_force(gain) > alpha:
         return None
     of_force, of_memory = _force_errors(fitted)

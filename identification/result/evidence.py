@@ -113,7 +113,7 @@ class Unrest:
         memory: correlation time, s, and its standard error.
         share: of the reference force.
         reference: that force: the spring's at the amplitude of the drive, k A0; without spring or drive, the rms inertia in flight.
-        gain: twice the restricted log-likelihood gain over no force.
+        gain: twice the restricted log-likelihood gain over no force; infinite where the records cannot be explained without one.
         at_limit: whether it is as large as a fit allows: it then explains any motion, and hardly determines the parameters beside it.
     """
 

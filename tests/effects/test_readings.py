@@ -181,7 +181,8 @@ def test_members_of_its_candidate_are_sine_and_cosine():
 
 
 @pytest.mark.parametrize(
-    ("line", "heard"), [(12.0, False), (31.4, False), (36.5, False), (50.0, True), (49.9, True), (60.0, True), (100.0, True), (1200.0, False)]
+    ("line", "heard"),
+    [(12.0, False), (31.4, False), (50.0, True), (49.9, True), (60.0, True), (100.0, True), (1200.0, False)],
 )
 def test_a_hum_is_a_line_of_the_mains_though_it_be_a_multiple_of_the_drive(line, heard):
     scales = dataclasses.replace(SCALES, drives=(2 * np.pi * 7.3, 2 * np.pi * 12.5), lines={"hammer_displacement": (line,)})

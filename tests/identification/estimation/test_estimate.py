@@ -8,11 +8,19 @@ import numpy as np
 import pytest
 
 from identification.estimation.estimate import fit_experiment
+from identification.estimation.parameters import unrest
 from identification.estimation.simulate import simulate_record
 from identification.experiment import ParameterOption, load_experiment
 from identification.report import tables
 from identification.result.files import fit_json
 from identification.result.result import FIXED, NOT_IDENTIFIABLE, OK
+from identification.trajectory import elimination
+from identification.trajectory.chain_equations import Weighed
+from identification.trajectory.fit import fit
+from identification.trajectory.motion import Estimate
+from identification.trajectory.random_force import RandomForce
+from identification.trajectory.start import Problem, problem_of
+from identification.trajectory.variances import vanishes
 from tests.identification.conftest import TRUTH, cropped
 from tests.identification.trajectory.conftest import F_N, FORCE, MEMORY, ZETA, shaken
 
@@ -77,10 +85,10 @@ def test_an_unidentifiable_mass_leaves_the_stiffness_without_an_error(small):
 
 def test_records_stand_beside_their_predictions(fitted, example):
     """Residuals of every channel are at the noise, and every sample has a prediction."""
-    for fit, record in zip(fitted.records, example.records, strict=True):
-        assert fit.samples == len(record.time)
+    for shown, record in zip(fitted.records, example.records, strict=True):
+        assert shown.samples == len(record.time)
         for name in record.channels:
-            residual = (fit.measured[name] - fit.predicted[name]) / fit.noise[name]
+            residual = (shown.measured[name] - shown.predicted[name]) / shown.noise[name]
             assert residual.shape == record.time.shape
             assert np.std(residual) == pytest.approx(1.0, abs=0.05)
 
@@ -156,3 +164,17 @@ def test_complete_models_are_recovered_from_concealed_cases(case, shared):
         predicted = simulate_record(result.model, record)
         for name, values in record.channels.items():
             assert np.sqrt(np.mean((predicted[name] - values) ** 2)) < 0.02 * np.std(values)
+
+
+def test_a_force_without_which_the_equations_cannot_be_solved_is_reported(monkeypatch):
+    """Its gain is infinite."""
+    found, solved = fit(problem_of(shaken(1))), elimination.deviance
+
+    def deviance(problem: Problem, at: Estimate, local: Weighed, force: RandomForce) -> float:
+        if vanishes(problem, force):
+            raise np.linalg.LinAlgError("rounding has spoilt the factorisation")
+        return solved(problem, at, local, force)
+
+    monkeypatch.setattr(elimination, "deviance", deviance)
+    reported = unrest(found)
+    assert reported is not None and reported.gain == np.inf and reported.force_rms[0] == found.variances.force.std
