@@ -351,16 +351,16 @@ def _with_likeliest(
             break
         now = Variances(force=force, readings=readings)
         try:
-            at, linear, local, solution = _until_it_stays(problem, at, now, solution, stride)
+            at, linear, local, solution = _while_likelier(problem, at, now, solution, stride)
         except np.linalg.LinAlgError:  # without the force that was taken away the motion diverges
             return dataclasses.replace(_ended(problem, at, now, linear, local, solution, rounds=rounds), converged=False)
     return _ended(problem, at, Variances(force=force, readings=readings), linear, local, solution, rounds=rounds)
 
 
-def _until_it_stays(
+def _while_likelier(
     problem: Problem, at: Estimate, variances: Variances, solution: Solution, stride: Stride
 ) -> tuple[Estimate, Linearised, Weighed, Solution]:
-    """Steps under given variances until the likelihood stays, in which the motion may still move where the parameters do not; a few.
+    """A step under given variances, and a few more while each makes the motion likelier: it may still move where the parameters do not.
 
     Raises:
         LinAlgError: the equations became singular.
@@ -368,7 +368,7 @@ def _until_it_stays(
     for _ in range(_STEPS_OF_A_ROUND):
         at, before = moved(problem, at, *stride.taken(at, solution)), solution.deviance
         linear, local, solution = equations(problem, at, variances)
-        if abs(solution.deviance - before) < OF_TWO_NUMBERS:
+        if before - solution.deviance < OF_TWO_NUMBERS:
             break
     return at, linear, local, solution
 

@@ -73,7 +73,7 @@ def test_a_round_ends_where_the_likelihood_stays_though_the_parameters_have_long
     *_, solution = equations(problem, off, small_force)
     once = moved(problem, off, solution, 1.0)
     twice = moved(problem, once, equations(problem, once, small_force)[2], 1.0)
-    there, _, _, last = module._until_it_stays(problem, off, small_force, solution, Stride(problem))
+    there, _, _, last = module._while_likelier(problem, off, small_force, solution, Stride(problem))
     assert deviance(once) - deviance(twice) > 100.0
     assert deviance(moved(problem, there, last, 1.0)) == pytest.approx(last.deviance, abs=OF_TWO_NUMBERS)
 
