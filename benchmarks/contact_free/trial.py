@@ -26,7 +26,7 @@ def judged(job: Job, concealed: dict, document: dict) -> dict:
     """What a diagnosis says beside what acts: right where it names the concealed effect, or none, and nothing that does not act."""
     errors = concealed.get("errors", {})
     curved, tone = errors.get("square") or errors.get("cube"), errors.get("tone")
-    there = {job.effect} | ({"nonlinear_reading"} if curved else set()) | ({"reading_tone", "mains_hum"} if tone else set())
+    there = {job.effect} | ({"nonlinear_reading"} if curved else set()) | ({"reading_tone"} if tone else set())
     named = [effect["name"] for effect in document["effects"]]
     wrong = [name for name in named if name not in there]
     complete = not job.effect and (named != [] or document["verdict"] in ("adequate", "restless"))

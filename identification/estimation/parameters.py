@@ -269,9 +269,10 @@ def unrest(fitted: Fitted, *, alpha: float = FORCE_BY_CHANCE) -> Unrest | None:
     if force.std <= 1.01 * nothing:
         return None
     try:
-        gain = deviance(fitted, dataclasses.replace(force, std=nothing)) - deviance(fitted, force)
+        without = deviance(fitted, dataclasses.replace(force, std=nothing))
     except np.linalg.LinAlgError:  # the records cannot be explained without one
-        gain = np.inf
+        without = np.inf
+    gain = without - deviance(fitted, force)
     if chance_of_force(gain) > alpha:
         return None
     of_force, of_memory = _force_errors(fitted)

@@ -47,8 +47,8 @@ _HELD_ROUNDS = 4
 """Rounds without a random force from the other end."""
 _BACK, _NEAR = 0.5, 3.0
 """The other end is at the place of the first with more than this part of its random force, and parameters within so many of its errors."""
-_STEPS_OF_A_ROUND = 6
-"""Under variances that stay, at most."""
+_FURTHER_STEPS = 5
+"""Under the same variances, at most."""
 _ROUNDS = 24
 """Of steps with variances that move on a little, at most."""
 
@@ -360,16 +360,26 @@ def _with_likeliest(
 def _while_likelier(
     problem: Problem, at: Estimate, variances: Variances, solution: Solution, stride: Stride
 ) -> tuple[Estimate, Linearised, Weighed, Solution]:
-    """A step under given variances, and a few more while each makes the motion likelier: it may still move where the parameters do not.
+    """A step under given variances, and a few more while -2 log likelihood falls by the price of two numbers or more in each.
+
+    The motion may still move where the parameters do not. A further step that makes it less likely is not taken.
 
     Raises:
-        LinAlgError: the equations became singular.
+        LinAlgError: the equations are singular after the first step.
     """
-    for _ in range(_STEPS_OF_A_ROUND):
-        at, before = moved(problem, at, *stride.taken(at, solution)), solution.deviance
-        linear, local, solution = equations(problem, at, variances)
+    before, at = solution.deviance, moved(problem, at, *stride.taken(at, solution))
+    linear, local, solution = equations(problem, at, variances)
+    for _ in range(_FURTHER_STEPS):
         if before - solution.deviance < OF_TWO_NUMBERS:
             break
+        further = moved(problem, at, *stride.taken(at, solution))
+        try:
+            tried = equations(problem, further, variances)
+        except np.linalg.LinAlgError:
+            break
+        if tried[-1].deviance > solution.deviance or tried[0].done.sum() < linear.done.sum():  # lost segments are no gain
+            break
+        before, at, (linear, local, solution) = solution.deviance, further, tried
     return at, linear, local, solution
 
 

@@ -39,8 +39,9 @@ def test_friction_is_named_on_a_rig_whose_nominal_model_has_no_parameter(tmp_pat
 
 TONE, NOTHING = {"errors": {"square": 0.0, "cube": 0.0, "tone": 0.005}}, {"errors": {"square": 0.0, "cube": 0.0, "tone": 0.0}}
 CASES = [
-    ("quadratic_drag", TONE, "missing", ["quadratic_drag", "mains_hum"], True),
-    ("quadratic_drag", NOTHING, "missing", ["quadratic_drag", "mains_hum"], False),
+    ("quadratic_drag", TONE, "missing", ["quadratic_drag", "reading_tone"], True),
+    ("quadratic_drag", TONE, "missing", ["quadratic_drag", "mains_hum"], False),
+    ("quadratic_drag", NOTHING, "missing", ["quadratic_drag", "reading_tone"], False),
     ("quadratic_drag", TONE, "missing", ["reading_tone"], False),
     (None, TONE, "missing", ["reading_tone"], True),
     (None, NOTHING, "adequate", [], True),

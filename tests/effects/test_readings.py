@@ -182,11 +182,17 @@ def test_members_of_its_candidate_are_sine_and_cosine():
 
 @pytest.mark.parametrize(
     ("line", "heard"),
-    [(12.0, False), (31.4, False), (50.0, True), (49.9, True), (60.0, True), (100.0, True), (1200.0, False)],
+    [(12.0, False), (31.4, False), (49.4, False), (49.6, True), (50.0, True), (60.0, True), (100.0, True), (120.0, True)],
 )
 def test_a_hum_is_a_line_of_the_mains_though_it_be_a_multiple_of_the_drive(line, heard):
     scales = dataclasses.replace(SCALES, drives=(2 * np.pi * 7.3, 2 * np.pi * 12.5), lines={"hammer_displacement": (line,)})
     assert bool(MainsHum.probe.candidates(scales)) == heard
+
+
+@pytest.mark.parametrize(("line", "seconds", "hum"), [(49.0, 4.0, False), (49.0, 0.5, True), (47.0, 0.5, False)])
+def test_a_line_that_a_short_record_does_not_resolve_from_the_mains_is_theirs(line, seconds, hum):
+    scales = dataclasses.replace(SCALES, drives=(), clock={"a.csv": (0.0, seconds)}, lines={"hammer_displacement": (line,)})
+    assert bool(MainsHum.probe.candidates(scales)) == hum and bool(ReadingTone.probe.candidates(scales)) != hum
 
 
 @pytest.mark.parametrize(("seconds", "heard"), [(0.19, False), (0.6, True)])

@@ -27,9 +27,10 @@ _NEAR = 0.02
 """Distance of a line from a multiple of the excitation, or from f_n, relative to that, within which it is taken for it."""
 
 
-def is_of_mains(line: np.ndarray | float) -> np.ndarray:
-    """Whether a line, Hz, or each of several, is one of the mains."""
-    return np.asarray(np.any(np.abs(np.asarray(line)[..., None] / _MAINS_HZ - 1.0) < _ON_MAINS, axis=-1))
+def _near_mains(lines: np.ndarray | float, width: float = 0.0) -> np.ndarray:
+    """Whether a line, Hz, or each of several, is within 1 % of a frequency of the mains, or within a width, Hz."""
+    off = np.abs(np.asarray(lines)[..., None] - _MAINS_HZ)
+    return np.asarray(np.any(off < np.maximum(_ON_MAINS * _MAINS_HZ, width), axis=-1))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -107,6 +108,10 @@ class ProbeScales:
         lines = np.array(self.lines.get(channel, ()))
         return tuple(lines[self.is_foreign(lines)].tolist())
 
+    def is_of_mains(self, lines: np.ndarray | float) -> np.ndarray:
+        """Whether a line, Hz, or each of several, is one of the mains, as far as the longest record resolves it."""
+        return _near_mains(lines, 1.0 / max(last - first for first, last in self.clock.values()))
+
     def is_foreign(self, lines: np.ndarray) -> np.ndarray:
         """Whether lines, Hz, last ten cycles, and are those of the mains or not the motion's own.
 
@@ -119,7 +124,7 @@ class ProbeScales:
         for omega in self.drives:
             orders = lines * 2.0 * math.pi / omega
             of_motion |= (orders >= 0.5) & (np.abs(orders - np.round(orders)) <= _NEAR)
-        return (lines >= lowest) & (is_of_mains(lines) | ~of_motion)
+        return (lines >= lowest) & (_near_mains(lines) | ~of_motion)
 
     def largest(self, channel: str) -> float:
         """Size of the largest readings of a channel, in its unit."""

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from vibrojax.channel_units import UNITS
 from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading
-from vibrojax.effects.probe import Probe, ProbeScales, is_of_mains
+from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
 
@@ -225,7 +225,7 @@ def _hums(scales: ProbeScales) -> list["MainsHum"]:
         MainsHum(frequency_hz=line, sine=scales.noise[channel], cosine=scales.noise[channel], of_channel=channel)
         for channel in scales.channels
         for line in scales.foreign_lines(channel)
-        if is_of_mains(line)
+        if scales.is_of_mains(line)
     ]
 
 
@@ -266,7 +266,7 @@ def _tones(scales: ProbeScales) -> list["ReadingTone"]:
         )
         for channel in scales.channels
         for line in scales.foreign_lines(channel)
-        if not is_of_mains(line)
+        if not scales.is_of_mains(line)
         for decay in _DECAYS
     ]
 

@@ -60,7 +60,7 @@ def test_a_force_is_scored_where_the_fit_has_no_random_force(seen: Look, candida
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
 def test_a_candidate_that_takes_the_motion_too_far_takes_no_other_along(seen: Look, candidates):
     """Though they share a column."""
-    hum, step, _ = candidates
+    _, step, _ = candidates
     (signal,) = step.signals
     other = 1 - signal.record
     there = np.where(seen.fitted.problem.chains.record == other, np.inf, 0.0)[:, None]

@@ -177,4 +177,5 @@ def test_a_force_without_which_the_equations_cannot_be_solved_is_reported(monkey
 
     monkeypatch.setattr(elimination, "deviance", deviance)
     reported = unrest(found)
-    assert reported is not None and reported.gain == np.inf and reported.force_rms[0] == found.variances.force.std
+    assert reported is not None and reported.gain == np.inf
+    assert json.dumps(reported.document(), allow_nan=False)
