@@ -5,7 +5,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from identification.experiment import Record
-from identification.guesses.motion import measured_motion, parts
+from identification.guesses.motion import band_limited, measured_motion, parts
 from vibrojax.excitation import CubicSignal
 
 
@@ -38,3 +38,21 @@ def test_a_part_is_right_up_to_the_last_sample_of_the_record():
     for place, first in enumerate(begins):
         piece = CubicSignal(knots=pieces.knots[place], coefficients=pieces.coefficients[place])
         assert np.allclose([float(piece(jnp.asarray(t))) for t in time[first : first + 9]], np.sin(time[first : first + 9]), atol=1e-12)
+
+
+def test_a_recorded_input_keeps_what_a_recorder_lets_pass():
+    time, hz = np.arange(200) / 610.0, 200.0
+    wave = band_limited(time, np.cos(2.0 * np.pi * hz * time + 0.4))
+    between = np.linspace(time[20], time[-20], 5000)
+    error = np.asarray(wave(jnp.asarray(between))) - np.cos(2.0 * np.pi * hz * between + 0.4)
+    assert np.sqrt(np.mean(error**2)) < 0.01
+    at_the_edges = np.linspace(time[0], time[-1], 5000)
+    assert np.abs(wave(jnp.asarray(at_the_edges))).max() < 1.2
+
+
+def test_a_pause_of_the_clock_in_a_recorded_input_is_a_straight_line():
+    time = np.delete(np.arange(400) / 1000.0, slice(100, 300))
+    wave = band_limited(time, np.where(time < 0.2, 1.0, 3.0))
+    between = np.linspace(time[99], time[100], 50)
+    assert np.allclose(wave(jnp.asarray(between)), np.interp(between, time[99:101], [1.0, 3.0]), atol=0.05)
+    assert np.allclose(wave(jnp.asarray(time[:80] + 4e-4)), 1.0, atol=1e-6)
