@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.signal import zoom_fft
+from scipy.signal import find_peaks, zoom_fft
 
 from identification.diagnosis.lags import lags
 from identification.experiment import Experiment
@@ -141,21 +141,22 @@ def lines_of_force(fitted: Fitted, scales: ProbeScales, records: Sequence[int]) 
 def _strongest(series: list[tuple[np.ndarray, float]], may_be: Callable[[np.ndarray], np.ndarray]) -> tuple[tuple[float, ...], int]:
     """Frequencies, Hz, of the highest peaks in the sum of the periodograms of some series, each with its sampling interval, s, of how many.
 
-    Only those count that `may_be` lines; none where the series are too short for any.
+    Only those count that `may_be` lines, and the flank of one that may not is no peak; none where the series are too short for any.
     """
     longest, sampling = max(len(values) * dt for values, dt in series), min(dt for _, dt in series)
     frequencies = np.arange(1.0 / longest, 0.5 / sampling, _SPACING / longest)
-    frequencies = frequencies[may_be(frequencies)]
-    power, found = np.zeros(len(frequencies)), []
+    power, found, foreign = np.zeros(len(frequencies)), [], may_be(frequencies)
     for values, dt in series:
         count = 1 << int(np.ceil(np.log2(longest / _SPACING / dt)))
         spectrum = np.abs(np.fft.rfft(np.nan_to_num(values), count)) ** 2 / max(np.count_nonzero(values), 1)
         power += np.interp(frequencies, np.fft.rfftfreq(count, dt), spectrum, right=0.0)
-    for _ in range(_LINES if len(frequencies) else 0):
-        best = float(frequencies[np.argmax(power)])
+    peaks, _ = find_peaks(power)
+    peaks = peaks[foreign[peaks]]
+    while len(peaks) and len(found) < _LINES:
+        best = float(frequencies[peaks[np.argmax(power[peaks])]])
         found.append(_refined(series, best, _SPACING / longest, may_be))
-        power = np.where(np.abs(frequencies - best) < _APART / longest, 0.0, power)
-    return tuple(found), len(frequencies)
+        peaks = peaks[np.abs(frequencies[peaks] - best) >= _APART / longest]
+    return tuple(found), int(foreign.sum())
 
 
 def _refined(series: list[tuple[np.ndarray, float]], hz: float, spacing: float, may_be: Callable[[np.ndarray], np.ndarray]) -> float:

@@ -323,11 +323,14 @@ def _special_case_is_as_good(one: Alternative, found: list[Alternative], asked: 
 
 
 def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
-    """The best first; before it a special case of it that the records do not reject."""
+    """The best first; before it a special case of it that the records do not reject, and before a free form what explains as much."""
     ranked = sorted(tried, key=lambda one: one.criterion(samples))
     special = [one for one in ranked if one.name in ranked[0].candidate.members[0].special_cases] if ranked else []
     kept = [one for one in special if chance(ranked[0].best - one.best, max(ranked[0].degrees - one.degrees, 1), 1) > LEVEL]
-    return [*kept, *(one for one in ranked if not any(one is other for other in kept))]
+    ranked = [*kept, *(one for one in ranked if not any(one is other for other in kept))]
+    if ranked and ranked[0].candidate.form is not None:
+        return sorted(ranked, key=lambda one: one.candidate.form is not None or not is_twin(one, ranked[0], samples))
+    return ranked
 
 
 def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
