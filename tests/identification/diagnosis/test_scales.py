@@ -45,6 +45,15 @@ def test_beside_a_line_of_the_motion_a_line_stays_where_it_may_be_one():
     assert scales.is_foreign(np.array(found)).all()
 
 
+def test_the_flank_of_the_motion_is_no_line():
+    """A free decay of one record is no sharper than its length; a tone a hundredth of it stands far from there."""
+    time, scales = np.arange(1000) / 30.0, dataclasses.replace(SCALES, f_n=1.2, drives=(), clock={"a.csv": (0.0, 1000 / 30.0)})
+    decay = np.exp(-0.5 * time) * np.sin(2.0 * np.pi * 1.2 * time)
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(time))
+    found, _ = _strongest([(decay + 0.01 * np.sin(2.0 * np.pi * 1.85 * time) + noise, 1.0 / 30.0)], scales.is_foreign)
+    assert found[0] == pytest.approx(1.85, abs=0.01)
+
+
 def test_a_series_that_is_too_short_has_no_line():
     assert _strongest([(np.ones(1), 0.1)], any_line) == ((), 0)
 

@@ -97,8 +97,8 @@ def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(seen,
     assert names(search(fitted(seen), judge=refusing())) == ["hysteresis", "gap_drift"]
 
 
-def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains, monkeypatch):
-    gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
+def a_free_form() -> Candidate:
+    """A force at one frequency."""
     wave = TonalForce(9.0, 0.1, 0.1)
     form = Form(
         coordinate="frequency",
@@ -110,12 +110,17 @@ def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains,
         signals=(),
         members=(wave,),
     )
+    return Candidate(name="tonal_force", members=(wave,), signals=(), form=form)
+
+
+def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
     offered = module._step
 
     def step(at: Look, weighed, judge, progress, known=()) -> Step:
         if not known:
             return offered(at, weighed, judge, progress)
-        more = dataclasses.replace(known[0], candidate=Candidate(name="tonal_force", members=(wave,), signals=(), form=form), drop=5000.0)
+        more = dataclasses.replace(known[0], candidate=a_free_form(), drop=5000.0)
         return Step(look=at, alternatives=(more, *known))
 
     monkeypatch.setattr(module, "_step", step)
@@ -319,6 +324,13 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
     assert [step.alternatives[0].name for step in found.steps] == expected
     assert tried[:1] == [name for name, gain in others.items() if gain > 0.5 * 900.0 or refused]
     assert [one.name for one in diagnose._twins(found.steps[0])] == [name for name, gain in others.items() if gain == 890.0]
+
+
+@pytest.mark.parametrize(("gain", "first"), [(895.0, "reading_tone"), (700.0, "tonal_force")])
+def test_a_listed_effect_stands_before_a_free_form_that_says_no_more(seen, gain, first):
+    both = [alternative("reading_tone", gain, seen.fitted), alternative("reading_tone", 900.0, seen.fitted)]
+    both[1] = dataclasses.replace(both[1], candidate=a_free_form())
+    assert [one.name for one in module._ranked(both, 1000)][0] == first
 
 
 def test_the_best_is_asked_and_what_chance_could_have_put_first(seen, weighed):
