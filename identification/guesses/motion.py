@@ -204,13 +204,13 @@ def measured_motion(record: Record) -> SampledMotion:
     the second derivative of that spline.
     """
     time, displacement, recorded = record.time, *(record.channels.get(name) for name in CART_CHANNELS)
-    acceleration = None if recorded is None else band_limited(time, bridged(time, recorded))
+    given = None if recorded is None else bridged(time, recorded)
     if displacement is not None:
         smooth = _smoothing(time, bridged(time, displacement), record.noise.get("cart_displacement", 0.0))
         position = CubicSpline(time, splev(time, smooth))
-        acceleration = acceleration or _signal(CubicSpline(time, splev(time, smooth, der=2)))
-    elif recorded is not None:
-        drifting = CubicSpline(time, bridged(time, recorded)).antiderivative(2)(time)
+        acceleration = _signal(CubicSpline(time, splev(time, smooth, der=2))) if given is None else band_limited(time, given)
+    elif given is not None:
+        acceleration, drifting = band_limited(time, given), CubicSpline(time, given).antiderivative(2)(time)
         position = CubicSpline(time, drifting - np.polyval(np.polyfit(time, drifting, 1), time))
     else:
         raise ExperimentError(
