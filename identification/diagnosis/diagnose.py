@@ -101,7 +101,6 @@ def diagnose_experiment(
     nominal = fit(problem_of(experiment, law=law), progress=progress)
     course.clock.lap("nominal")
     judge = Judge(experiment)
-    judge.left_out(nominal)
     found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
     last = look(found.final, among, terms) if found.last is None else found.last.look
     course.clock.lap("search")

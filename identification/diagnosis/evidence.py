@@ -60,18 +60,14 @@ class Judge:
         """A fitted alternative with the reason why it is not taken in beside a model; empty where it is.
 
         Beside a random force as large as it may be more is missing: no fit that has converged is refused yet, the rule is asked at the end.
-        The free motion may err more than that of a model which lacks something still, as far as that of the first model asked about.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
             return dataclasses.replace(one, refused=NOT_CONVERGED)
         unfinished = is_largest(one.fitted.problem, one.fitted.variances.force)
-        first = self._known[0].fitted if self._known else before
-        return dataclasses.replace(one, refused="" if unfinished else self.why_not(before, one, one.fitted, no_worse_than=first))
+        return dataclasses.replace(one, refused="" if unfinished else self.why_not(before, one, one.fitted))
 
-    def why_not(
-        self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1, *, no_worse_than: Fitted | None = None
-    ) -> str:
+    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1) -> str:
         """Why an effect is not asserted; empty where it is.
 
         Args:
@@ -80,14 +76,9 @@ class Judge:
             after: model with it, and perhaps with more.
             free: forms beside that model.
             forms: of how many they are the best.
-            no_worse_than: model as badly as which the free motion with the effect may err, if that before it errs less.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
         evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
-        if no_worse_than is not None and evidence.errors is not None:
-            evidence = dataclasses.replace(
-                evidence, errors=(float(np.fmax(evidence.errors[0], self.left_out(no_worse_than).error)), evidence.errors[1])
-            )
         evidence = dataclasses.replace(evidence, strength=size, drives=drives(after, effect, size))
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)

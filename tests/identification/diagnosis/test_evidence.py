@@ -118,15 +118,6 @@ def test_models_that_cannot_follow(seen, predicted, before, after, gain, refused
     assert (refused in one.refused) if refused else one.refused == ""
 
 
-@pytest.mark.parametrize(("error", "refused"), [(0.08, False), (0.31, True)])
-def test_on_the_way_the_free_motion_may_err_as_far_as_that_of_the_nominal_model(seen, predicted, error, refused):
-    """Beside a power law in place of dry friction a true error of a sensor may make it worse, until friction replaces the law."""
-    judge, _ = predicted((900.0, 0.3), (860.0, 0.06), (700.0, error))
-    first = friction(seen)
-    assert not asked_of(judge, seen.fitted, first).refused
-    assert bool(asked_of(judge, first.fitted, friction(seen, 0.3)).refused) is refused
-
-
 def test_numbers_that_a_record_has_of_its_own_are_paid_for(seen, predicted):
     judge, _ = predicted((900.0, 0.3), (860.0, 0.1))
     fitted = rubbing(seen, 0.2)
