@@ -39,6 +39,10 @@ class Judge:
             self._known = [*self._known[:1], *others[-2:], known]
         return known
 
+    def error(self, fitted: Fitted) -> float:
+        """Of the free motion of a model on what was left out."""
+        return self.left_out(fitted).error
+
     def held_back_gain(self, before: Fitted, after: Fitted) -> float:
         """Gain of twice the log predictive density of the records held back; 0 without any, or where neither model can follow them.
 
@@ -56,18 +60,29 @@ class Judge:
         gain = self.held_back_gain(before, one.fitted) if one.fitted.converged and one.best > 0.0 else 0.0
         return dataclasses.replace(one, held_back=gain)
 
-    def __call__(self, before: Fitted, one: Alternative) -> Alternative:
+    def __call__(self, before: Fitted, one: Alternative, no_worse_than: Fitted | None = None) -> Alternative:
         """A fitted alternative with the reason why it is not taken in beside a model; empty where it is.
 
         Beside a random force as large as it may be more is missing: no fit that has converged is refused yet, the rule is asked at the end.
+
+        Args:
+            before: model without it.
+            one: the alternative.
+            no_worse_than: model as badly as which the free motion with it may err, where that errs more than the one before.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
             return dataclasses.replace(one, refused=NOT_CONVERGED)
         unfinished = is_largest(one.fitted.problem, one.fitted.variances.force)
-        return dataclasses.replace(one, refused="" if unfinished else self.why_not(before, one, one.fitted))
+        if unfinished:
+            return dataclasses.replace(one, refused="")
+        return dataclasses.replace(
+            one, refused=self.why_not(before, one, one.fitted, no_worse_than=no_worse_than), error=self.left_out(one.fitted).error
+        )
 
-    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1) -> str:
+    def why_not(
+        self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1, *, no_worse_than: Fitted | None = None
+    ) -> str:
         """Why an effect is not asserted; empty where it is.
 
         Args:
@@ -76,9 +91,13 @@ class Judge:
             after: model with it, and perhaps with more.
             free: forms beside that model.
             forms: of how many they are the best.
+            no_worse_than: as in a call.
         """
         effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
         evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
+        if no_worse_than is not None and evidence.errors is not None:
+            allowed = np.fmax(evidence.errors[0], self.left_out(no_worse_than).error)
+            evidence = dataclasses.replace(evidence, errors=(float(allowed), evidence.errors[1]))
         evidence = dataclasses.replace(evidence, strength=size, drives=drives(after, effect, size))
         if effect.record is not None:  # of one that acts in a single record the others say nothing
             evidence = dataclasses.replace(evidence, held_out=None, errors=None)

@@ -4,6 +4,7 @@ A value in each record, of parameters in which the records contradict each other
 """
 
 import dataclasses
+import itertools
 from collections.abc import Collection, Sequence
 from typing import Protocol, runtime_checkable
 
@@ -42,8 +43,12 @@ class Judging(Protocol):
         """With its gain on the records held back."""
         ...
 
-    def __call__(self, before: Fitted, one: "Alternative") -> "Alternative":
-        """With the reason why it is not taken in."""
+    def __call__(self, before: Fitted, one: "Alternative", no_worse_than: Fitted | None = None) -> "Alternative":
+        """With the reason why it is not taken in; its free motion may err as much as that of a further model, where given."""
+        ...
+
+    def error(self, fitted: Fitted) -> float:
+        """Of the free motion on what was left out."""
         ...
 
 
@@ -63,6 +68,7 @@ class Alternative:
         drop: gain after that.
         held_back: gain on records that no fit has seen; 0 where there are none.
         refused: why it is not taken in; empty where it may be.
+        error: of the free motion with it on what was left out; not a number where it was not asked.
         cause: the fitted model without its equations, of one that was not taken in; else None.
     """
 
@@ -74,6 +80,7 @@ class Alternative:
     drop: float | None = None
     held_back: float = 0.0
     refused: str = ""
+    error: float = np.nan
     cause: Cause | None = None
 
     @property
@@ -146,7 +153,9 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
-    Where one was not, begin again beside the others.
+    Where one was not, begin again beside the others. Beside an effect that only comes close to what is missing, a true one may raise the
+    error of the free motion: at first it may, up to that of the nominal model. Where the search then ends with a larger error than the
+    model before that effect had, it goes on from that one, and no effect may raise it.
 
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
@@ -158,21 +167,37 @@ def search(
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
     found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
+    no_worse_than: Fitted | None = nominal
     for _ in range(MOST_EFFECTS):
-        found = _forward(found, among, terms, judge, progress)
+        found = _forward(found, among, terms, judge, progress, no_worse_than)
         if not found.finished:
             return found
-        names = _names(found)
+        forward = found
         try:
             found = _needed(found, among, terms, judge, progress)
         except OutOfBudgetError:
             return dataclasses.replace(found, finished=False)
-        if _names(found) == names:
+        before = _before_the_error_rose(forward) if no_worse_than is not None else None
+        no_worse_than = None
+        if before is not None and judge.error(found.final) > before.steps[-1].alternatives[0].error:
+            found = before
+        elif _names(found) == _names(forward):
             break
     return found if variations(found.final.problem) else dataclasses.replace(found, nominal=nominal)
 
 
-def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
+def _before_the_error_rose(found: Search) -> Search | None:
+    """The search up to the first effect with which the free motion errs more than before; None where there is none."""
+    taken = [step.alternatives[0] for step in found.steps]
+    rose = next((place for place, (one, after) in enumerate(itertools.pairwise(taken), 1) if after.error > one.error), None)
+    if rose is None:
+        return None
+    return dataclasses.replace(found, final=found.steps[rose].look.fitted, steps=found.steps[:rose], last=None)
+
+
+def _forward(
+    found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress, no_worse_than: Fitted | None
+) -> Search:
     """The search with effects taken in one by one, or values in each record, until nothing is asked for, or a free form says more."""
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
@@ -185,7 +210,7 @@ def _forward(found: Search, among: Collection[str], terms: Sequence[Formula], ju
                     found = _beside_values(found, varied)
                     continue
                 names = ()
-            step = _step(seen, weighed, judge, progress)
+            step = _step(seen, weighed, judge, progress, no_worse_than=no_worse_than)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
             if taken is not None and step.alternatives[0].candidate.form is None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
@@ -227,7 +252,13 @@ def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternati
 
 
 def _step(
-    seen: Look, found: list[tuple[Alternative, Reestimated]], judge: Judging, progress: Progress, *, known: tuple[Alternative, ...] = ()
+    seen: Look,
+    found: list[tuple[Alternative, Reestimated]],
+    judge: Judging,
+    progress: Progress,
+    *,
+    known: tuple[Alternative, ...] = (),
+    no_worse_than: Fitted | None = None,
 ) -> Step:
     """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` are fitted already."""
     finished, fitted_before = True, list(known)
@@ -257,7 +288,7 @@ def _step(
                 hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
-        asked += _judged(seen.fitted, tried, judge, samples)
+        asked += _judged(seen.fitted, tried, judge, samples, no_worse_than)
     asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
@@ -279,12 +310,14 @@ def _without_equations(one: Alternative) -> Alternative:
     return dataclasses.replace(one, fitted=None, cause=cause)
 
 
-def _judged(model: Fitted, tried: list[Alternative], judge: Judging, samples: int) -> list[Alternative]:
+def _judged(
+    model: Fitted, tried: list[Alternative], judge: Judging, samples: int, no_worse_than: Fitted | None = None
+) -> list[Alternative]:
     """Fitted alternatives, the best first, asked until one is taken in; of the others those that chance could have put first."""
     ranked, asked = _ranked([judge.with_held_back(model, one) for one in tried], samples), []
     for one in ranked:
         taken = next((other for other in asked if _is_taken(other)), None)
-        asked.append(judge(model, one) if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)) else one)
+        asked.append(judge(model, one, no_worse_than) if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)) else one)
     return asked
 
 
