@@ -68,7 +68,7 @@ class Judge:
         Args:
             before: model without it.
             one: the alternative.
-            no_worse_than: model as badly as which the free motion with it may err, where that errs more than the one before.
+            no_worse_than: model whose error of the free motion it may reach, where that exceeds the error before.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
@@ -76,13 +76,14 @@ class Judge:
         unfinished = is_largest(one.fitted.problem, one.fitted.variances.force)
         if unfinished:
             return dataclasses.replace(one, refused="")
-        return dataclasses.replace(
-            one, refused=self.why_not(before, one, one.fitted, no_worse_than=no_worse_than), error=self.left_out(one.fitted).error
-        )
+        evidence = self._of_effect(before, one, one.fitted)
+        errors = evidence.errors
+        if errors is not None and no_worse_than is not None:
+            allowed = float(np.fmax(errors[0], self.error(no_worse_than)))
+            evidence = dataclasses.replace(evidence, errors=(allowed, errors[1]))
+        return dataclasses.replace(one, refused=decide(evidence), errors=errors)
 
-    def why_not(
-        self, before: Fitted, one: Alternative, after: Fitted, free: Free = (), forms: int = 1, *, no_worse_than: Fitted | None = None
-    ) -> str:
+    def why_not(self, before: Fitted, one: Alternative, after: Fitted, free: Free, forms: int) -> str:
         """Why an effect is not asserted; empty where it is.
 
         Args:
@@ -91,20 +92,21 @@ class Judge:
             after: model with it, and perhaps with more.
             free: forms beside that model.
             forms: of how many they are the best.
-            no_worse_than: as in a call.
         """
-        effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
-        evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
-        if no_worse_than is not None and evidence.errors is not None:
-            allowed = np.fmax(evidence.errors[0], self.left_out(no_worse_than).error)
-            evidence = dataclasses.replace(evidence, errors=(float(allowed), evidence.errors[1]))
-        evidence = dataclasses.replace(evidence, strength=size, drives=drives(after, effect, size))
-        if effect.record is not None:  # of one that acts in a single record the others say nothing
-            evidence = dataclasses.replace(evidence, held_out=None, errors=None)
+        evidence = self._of_effect(before, one, after)
         if free:
             form, left = free[0][0].candidate, free[0][2]
             evidence = dataclasses.replace(evidence, left=left, left_degrees=len(form.signals), forms=forms * form.tried)
         return decide(evidence)
+
+    def _of_effect(self, before: Fitted, one: Alternative, after: Fitted) -> Evidence:
+        """Evidence of an effect by two models; nothing is left over as yet."""
+        effect = next(each for each in after.problem.model_at(after.at).effects if each.name == one.name)
+        evidence, size = self.evidence(before, after, one.best, one.degrees, one.tried), strength(after, effect)
+        evidence = dataclasses.replace(evidence, strength=size, drives=drives(after, effect, size))
+        if effect.record is not None:  # of one that acts in a single record the others say nothing
+            evidence = dataclasses.replace(evidence, held_out=None, errors=None)
+        return evidence
 
     def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, in_turn: bool = True) -> Evidence:
         """Of an effect or a free form, by what the models before and after it predict; nothing is left over as yet.

@@ -4,7 +4,6 @@ A value in each record, of parameters in which the records contradict each other
 """
 
 import dataclasses
-import itertools
 from collections.abc import Collection, Sequence
 from typing import Protocol, runtime_checkable
 
@@ -44,7 +43,7 @@ class Judging(Protocol):
         ...
 
     def __call__(self, before: Fitted, one: "Alternative", no_worse_than: Fitted | None = None) -> "Alternative":
-        """With the reason why it is not taken in; its free motion may err as much as that of a further model, where given."""
+        """With the reason why it is not taken in; it may raise the error of the free motion up to that of a further model, where given."""
         ...
 
     def error(self, fitted: Fitted) -> float:
@@ -68,7 +67,7 @@ class Alternative:
         drop: gain after that.
         held_back: gain on records that no fit has seen; 0 where there are none.
         refused: why it is not taken in; empty where it may be.
-        error: of the free motion with it on what was left out; not a number where it was not asked.
+        errors: of the free motion without and with it on what was left out; None where they were not asked.
         cause: the fitted model without its equations, of one that was not taken in; else None.
     """
 
@@ -80,7 +79,7 @@ class Alternative:
     drop: float | None = None
     held_back: float = 0.0
     refused: str = ""
-    error: float = np.nan
+    errors: tuple[float, float] | None = None
     cause: Cause | None = None
 
     @property
@@ -97,6 +96,11 @@ class Alternative:
     def fitted_gain(self) -> float:
         """The same over the records that were fitted."""
         return self.gain if self.drop is None else self.drop
+
+    @property
+    def raises_error(self) -> bool:
+        """Whether the free motion errs more with it."""
+        return self.errors is not None and self.errors[1] > self.errors[0]
 
     def criterion(self, samples: int) -> float:
         """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
@@ -153,9 +157,9 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
-    Where one was not, begin again beside the others. Beside an effect that only comes close to what is missing, a true one may raise the
-    error of the free motion: at first it may, up to that of the nominal model. Where the search then ends with a larger error than the
-    model before that effect had, it goes on from that one, and no effect may raise it.
+    Where one was not, begin again beside the others. In the first pass an effect may raise the error of the free motion, up to that of the
+    nominal model: beside one that only comes close to what is missing, a true one does. If the search then has a larger error than before
+    that effect, it goes back to the model without it and allows no rise.
 
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
@@ -167,36 +171,34 @@ def search(
         progress: called with a line at each stage and round of a fit; where it raises `OutOfBudgetError`, the search ends with what it has.
     """
     found = Search(nominal=nominal, final=nominal, steps=(), last=None, finished=True)
-    no_worse_than: Fitted | None = nominal
-    for _ in range(MOST_EFFECTS):
-        found = _forward(found, among, terms, judge, progress, no_worse_than)
+    for turn in range(MOST_EFFECTS):
+        found = _forward(found, among, terms, judge, progress, may_rise=turn == 0)
         if not found.finished:
             return found
-        forward = found
+        names, earlier = _names(found), _before_the_error_rose(found) if turn == 0 else None
         try:
             found = _needed(found, among, terms, judge, progress)
+            if earlier is not None and judge.error(found.final) > earlier[1]:
+                found, names = earlier[0], None
+                progress(f"searching again{_beside(found.final)}, where the error was smaller")
         except OutOfBudgetError:
             return dataclasses.replace(found, finished=False)
-        before = _before_the_error_rose(forward) if no_worse_than is not None else None
-        no_worse_than = None
-        if before is not None and judge.error(found.final) > before.steps[-1].alternatives[0].error:
-            found = before
-        elif _names(found) == _names(forward):
+        if _names(found) == names:
             break
     return found if variations(found.final.problem) else dataclasses.replace(found, nominal=nominal)
 
 
-def _before_the_error_rose(found: Search) -> Search | None:
-    """The search up to the first effect with which the free motion errs more than before; None where there is none."""
-    taken = [step.alternatives[0] for step in found.steps]
-    rose = next((place for place, (one, after) in enumerate(itertools.pairwise(taken), 1) if after.error > one.error), None)
-    if rose is None:
-        return None
-    return dataclasses.replace(found, final=found.steps[rose].look.fitted, steps=found.steps[:rose], last=None)
+def _before_the_error_rose(found: Search) -> tuple[Search, float] | None:
+    """The search up to the first effect that raised the error of the free motion, and that error there; None without such an effect."""
+    for place, step in enumerate(found.steps):
+        errors = step.alternatives[0].errors
+        if errors is not None and step.alternatives[0].raises_error:
+            return dataclasses.replace(found, final=step.look.fitted, steps=found.steps[:place], last=None), errors[0]
+    return None
 
 
 def _forward(
-    found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress, no_worse_than: Fitted | None
+    found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress, *, may_rise: bool
 ) -> Search:
     """The search with effects taken in one by one, or values in each record, until nothing is asked for, or a free form says more."""
     try:
@@ -210,7 +212,7 @@ def _forward(
                     found = _beside_values(found, varied)
                     continue
                 names = ()
-            step = _step(seen, weighed, judge, progress, no_worse_than=no_worse_than)
+            step = _step(seen, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
             if taken is not None and step.alternatives[0].candidate.form is None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
@@ -289,7 +291,7 @@ def _step(
         except OutOfBudgetError:
             finished = False
         asked += _judged(seen.fitted, tried, judge, samples, no_worse_than)
-    asked.sort(key=_is_taken, reverse=True)
+    asked.sort(key=lambda one: (_is_taken(one), not one.raises_error), reverse=True)  # of twins, one that raises no error
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
@@ -317,7 +319,9 @@ def _judged(
     ranked, asked = _ranked([judge.with_held_back(model, one) for one in tried], samples), []
     for one in ranked:
         taken = next((other for other in asked if _is_taken(other)), None)
-        asked.append(judge(model, one, no_worse_than) if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)) else one)
+        if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)):
+            one = judge(model, one, no_worse_than if taken is None else None)
+        asked.append(one)
     return asked
 
 
@@ -426,6 +430,7 @@ def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
     """The search without effects that others have made needless, and with a better one in place of one that was taken in before these.
 
+    One that raised the error of the free motion when it was taken in leaves also where the rule refuses it beside the others.
     An effect that was taken in last has just been found to be needed, and to be the best, unless another was exchanged since.
     """
     final, steps, exchanged = found.final, list(found.steps), False
@@ -442,7 +447,7 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             continue
         rise = lesser.deviance - final.deviance
         again = judge.with_held_back(lesser, dataclasses.replace(one, fitted=final, gain=rise, drop=rise, held_back=0.0))
-        if not is_significant(again):
+        if not is_significant(again) or (one.raises_error and judge(lesser, again).refused):
             final, steps = lesser, [other for other in steps if other is not step]
             continue
         progress(f"scoring what may act in place of {one.name}")

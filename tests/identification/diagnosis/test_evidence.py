@@ -104,13 +104,15 @@ def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refu
 @pytest.mark.parametrize(
     ("error", "allowing", "refused"), [(0.05, False, ""), (0.08, False, "rises with it"), (0.08, True, ""), (0.31, True, "rises with it")]
 )
-def test_the_free_motion_may_err_as_much_as_that_of_a_further_model(seen, predicted, error, allowing, refused):
-    """Beside a power law in place of dry friction a true error of a sensor may make it worse, until friction replaces the law."""
-    judge, _ = predicted((900.0, 0.3), (860.0, 0.06), (700.0, error))
+def test_an_effect_may_raise_the_error_of_the_free_motion_up_to_that_of_a_further_model(seen, predicted, error, allowing, refused):
+    """Beside a power law in place of dry friction a true error of a sensor may raise it, until friction replaces the law."""
+    judge, asked = predicted((900.0, 0.3), (860.0, 0.06), (700.0, error))
     first = friction(seen)
     assert not asked_of(judge, seen.fitted, first).refused
-    second = judge(first.fitted, judge.with_held_back(first.fitted, friction(seen, 0.3)), seen.fitted if allowing else None).refused
-    assert (refused in second) if refused else second == ""
+    second = judge(first.fitted, judge.with_held_back(first.fitted, friction(seen, 0.3)), seen.fitted if allowing else None)
+    assert (refused in second.refused) if refused else second.refused == ""
+    assert (second.errors, second.raises_error) == ((0.06, error), error > 0.06)
+    assert (judge.error(seen.fitted), judge.error(first.fitted), len(asked)) == (0.3, 0.06, 3)
 
 
 @pytest.mark.parametrize(
