@@ -291,7 +291,7 @@ def _step(
         except OutOfBudgetError:
             finished = False
         asked += _judged(seen.fitted, tried, judge, samples, no_worse_than)
-    asked.sort(key=lambda one: (_is_taken(one), not one.raises_error), reverse=True)  # of twins, one that raises no error
+    asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
@@ -315,14 +315,18 @@ def _without_equations(one: Alternative) -> Alternative:
 def _judged(
     model: Fitted, tried: list[Alternative], judge: Judging, samples: int, no_worse_than: Fitted | None = None
 ) -> list[Alternative]:
-    """Fitted alternatives, the best first, asked until one is taken in; of the others those that chance could have put first."""
-    ranked, asked = _ranked([judge.with_held_back(model, one) for one in tried], samples), []
+    """Fitted alternatives, the best first, asked until one is taken in; of the others those that chance could have put first.
+
+    One of these that raises no error of the free motion comes before a best one that does.
+    """
+    ranked, asked, taken = _ranked([judge.with_held_back(model, one) for one in tried], samples), [], []
     for one in ranked:
-        taken = next((other for other in asked if _is_taken(other)), None)
-        if one.best > 0.0 and (taken is None or is_twin(one, taken, samples)):
-            one = judge(model, one, no_worse_than if taken is None else None)
+        if one.best > 0.0 and (not taken or is_twin(one, taken[0], samples)):
+            one = judge(model, one, None if taken else no_worse_than)
+            taken += [one] if _is_taken(one) else []
         asked.append(one)
-    return asked
+    first = sorted(taken, key=lambda one: one.raises_error)[:1]
+    return [*first, *(one for one in asked if all(one is not other for other in first))]
 
 
 def _still_hides(fitted: Fitted | None) -> bool:

@@ -156,10 +156,13 @@ def test_an_effect_that_raised_the_error_leaves_where_it_still_does_beside_the_o
     assert names(search(fitted(seen), judge=Judge(errors=errors))) == ["hysteresis", "coulomb_friction"]
 
 
-def test_of_twins_one_that_raises_no_error_is_taken_in(seen, in_steps):
-    in_steps(nothing={"hysteresis": 900.0}, hysteresis={"gap_drift": 300.0, "coulomb_friction": 299.0})
-    errors = {"": 0.5, "hysteresis": 0.1, "hysteresis gap_drift": 0.15, "hysteresis coulomb_friction": 0.03, "coulomb_friction": 0.4}
-    assert names(search(fitted(seen), judge=Judge(errors=errors))) == ["hysteresis", "coulomb_friction"]
+@pytest.mark.parametrize(("gain", "first"), [(299.0, "coulomb_friction"), (200.0, "gap_drift")], ids=["a twin", "far below"])
+def test_of_twins_one_that_raises_no_error_stands_first(seen, in_steps, gain, first):
+    in_steps(nothing={"gap_drift": 300.0, "coulomb_friction": gain})
+    judge = Judge(errors={"": 0.1, "gap_drift": 0.15, "coulomb_friction": 0.03, "hysteresis": 0.5})
+    at = dataclasses.replace(seen, fitted=fitted(seen))
+    step = module._step(at, module._weighed(at), judge, lambda line: None, no_worse_than=fitted(seen, "hysteresis"))
+    assert step.alternatives[0].name == first and step.alternatives[0].fitted is not None
 
 
 def a_free_form() -> Candidate:
