@@ -58,7 +58,6 @@ def outcome(reading: Reading, number: int, folder: Path) -> tuple[str, str]:
         number: of the input.
         folder: for the file; what is sound of the kind is kept there.
     """
-    from identification.experiment import ExperimentError
     from vibrojax.errors import InputError
 
     one = kinds()[reading.kind]
@@ -67,7 +66,7 @@ def outcome(reading: Reading, number: int, folder: Path) -> tuple[str, str]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore" if reading.peer else "error", RuntimeWarning)  # one of NumPy's in a terminal is no message
             (peers()[reading.kind] if reading.peer else one.use)(folder / one.name)
-    except (ExperimentError, InputError) as error:
+    except InputError as error:
         return REFUSED, str(error)
     except MemoryError as error:
         return HANG, f"MemoryError: {error}"

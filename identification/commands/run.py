@@ -18,7 +18,7 @@ from identification.diagnosis.look import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.estimation.simulate import simulate_record
-from identification.experiment import Experiment, ExperimentError, load_experiment
+from identification.experiment import Experiment, load_experiment
 from identification.guesses.declared_model import check_compared_wishes, check_law, check_laws, nominal_model
 from identification.report import diagnosis_summary, fit_summary, write_diagnosis_report, write_report
 from identification.report.base import SCREEN, PageStyle
@@ -48,7 +48,7 @@ from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
 Show = Callable[[RenderableType], None]
-FAILURES = (ExperimentError, InputError, NoConvergenceError, np.linalg.LinAlgError)
+FAILURES = (InputError, NoConvergenceError, np.linalg.LinAlgError)
 """What a fit raises where an experiment, or the law or effects chosen for it, cannot be fitted."""
 
 
@@ -80,8 +80,8 @@ def run_fit(
     `smoothing` is the width of a contact switch, m, with which a smoothed law is fitted as well; so many `draws` of the posterior are
     written to posterior.nc; `with_profiles` adds profiles of the likelihood. Returns the result that is written.
 
-    Raises `ExperimentError` or `InputError` before any fitting where the input cannot be used,
-    `InputError` after that of the nominal model where an effect has nothing to act on, `NoConvergenceError` at the end.
+    Raises `InputError` before any fitting where the input cannot be used, and after that of the nominal model where an effect has
+    nothing to act on, `NoConvergenceError` at the end.
     """
     chosen: dict[str, Any] = {"law": law, "compare": compare, "effects": effects, "terms": terms, "starts": starts}
     effects = tuple(dict.fromkeys(effects))
@@ -110,7 +110,7 @@ def run_fit(
     if compare:
         found, refused = _each(compare, fitted, progress)
         if not found:
-            unusable = all(isinstance(reason, ExperimentError | InputError) for reason in refused.values())
+            unusable = all(isinstance(reason, InputError) for reason in refused.values())
             reasons = "; ".join(f"{law} cannot be fitted: {reason}" for law, reason in refused.items())
             raise (InputError if unusable else NoConvergenceError)(reasons)
         scores = law_scores(found)
@@ -137,7 +137,7 @@ def check_choices(
 ) -> tuple[tuple[Formula, ...], dict[str, tuple[float, str]], Reference | None]:
     """What the options of `run_fit` name: terms, values of an earlier fit with their units, and reference values.
 
-    Raises `ExperimentError` or `InputError` where they suit no experiment at all.
+    Raises `InputError` where they suit no experiment at all.
     """
     among_effects(only=effects)
     if draws is not None:
@@ -240,8 +240,8 @@ def run_diagnose(
     """Diagnose an experiment, show the numbers; write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots.
 
     `terms` are forces as formulas, each looked for like a listed effect, with first values `starts` of their parameters. `show` is called
-    with the tables for a terminal before anything is drawn. Raises `ExperimentError` or `InputError` before any fitting where the input
-    cannot be used, `NoConvergenceError` where the nominal model cannot be fitted.
+    with the tables for a terminal before anything is drawn. Raises `InputError` before any fitting where the input cannot be used,
+    `NoConvergenceError` where the nominal model cannot be fitted.
     """
     own = read_terms(terms, starts)
     among = among_effects(only, without, own)

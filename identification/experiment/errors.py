@@ -3,10 +3,11 @@
 import difflib
 from collections.abc import Iterable
 
+from vibrojax.errors import InputError
 from vibrojax.errors import shown as shown
 
 
-class ExperimentError(ValueError):
+class ExperimentError(InputError):
     r"""An experiment or one of its records is not as the format asks.
 
     The message is always one line: what was given, what was expected, what to do. White space of any kind in it,

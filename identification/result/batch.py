@@ -98,7 +98,7 @@ def fitted_row(experiment: str, digest: str, result: FitResult, folder: Path, *,
 
 def failed_row(experiment: str, digest: str, error: Exception, *, seconds: float) -> BatchRow:
     """Row of an experiment that could not be fitted."""
-    status = BAD_INPUT if isinstance(error, ExperimentError | InputError) else NO_CONVERGENCE
+    status = BAD_INPUT if isinstance(error, InputError) else NO_CONVERGENCE
     failure = one_line(str(error)) or type(error).__name__
     return BatchRow(experiment=experiment, digest=digest, status=status, seconds=seconds, failure=failure)
 

@@ -95,20 +95,17 @@ def read_reference(path: Path) -> Reference:
     Raises:
         InputError: the file cannot be read or is not of this format; the message states where.
     """
-    try:
-        values, _ = parse_toml(path)
-        table = Table(values=values, where=path.name)
-        table.allow("schema", "title", "value")
-        _check_shown(values, path.name)
-        if table.needed_number("schema", unit="") != 1:
-            raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected 1")
-        title = table.needed_string("title")
-        rows = values.get("value")
-        if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-            raise ExperimentError(f"{path.name} holds no reference value: expected at least one [[value]] table; add one")
-        read = tuple(_row(row, f"value {number} of {path.name}") for number, row in enumerate(rows, start=1))
-    except ExperimentError as error:
-        raise InputError(str(error)) from error
+    values, _ = parse_toml(path)
+    table = Table(values=values, where=path.name)
+    table.allow("schema", "title", "value")
+    _check_shown(values, path.name)
+    if table.needed_number("schema", unit="") != 1:
+        raise ExperimentError(f"schema in {path.name} is {shown(values['schema'])}: expected 1")
+    title = table.needed_string("title")
+    rows = values.get("value")
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        raise ExperimentError(f"{path.name} holds no reference value: expected at least one [[value]] table; add one")
+    read = tuple(_row(row, f"value {number} of {path.name}") for number, row in enumerate(rows, start=1))
     names = [row.name for row in read]
     if repeated := sorted({name for name in names if names.count(name) > 1}):
         raise InputError(f"{path.name} gives {shown(repeated[0])} twice: expected each name once; remove or rename one")

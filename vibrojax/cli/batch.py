@@ -59,7 +59,6 @@ def fit_batch(
 
     Raises:
         InputError: there is nothing to fit, an option suits no experiment, or results cannot be written; what has been fitted stays.
-        ExperimentError: likewise.
         NoConvergenceError: all is done and written, and some experiments could not be fitted.
     """
     from identification.experiment.toml_file import experiments_below

@@ -41,9 +41,7 @@ def _status(app: typer.Typer) -> int:
         return app(standalone_mode=False) or 0  # else Typer draws errors itself, as a box of several lines
     except _BAD_USAGE as error:
         return _fail(_usage_text(error), BAD_INPUT)
-    except ValueError as error:
-        if not _is_bad_input(error):
-            raise
+    except InputError as error:
         return _fail(str(error), BAD_INPUT)
     except NoConvergenceError as error:
         return _fail(str(error), NO_CONVERGENCE)
@@ -64,15 +62,6 @@ def _usage_text(error: Any) -> str:
         expected = f"{parameter.metavar or parameter.name.upper()} ({about})"
     stop = "" if given.endswith("?") else ";"
     return f"{given}{stop} expected {expected}; see {error.ctx.command_path} --help"
-
-
-def _is_bad_input(error: ValueError) -> bool:
-    """Only now is the reader of experiments worth importing, and only where it may have been at work."""
-    if isinstance(error, InputError):
-        return True
-    from identification.experiment import ExperimentError
-
-    return isinstance(error, ExperimentError)
 
 
 def _fail(message: str, status: int) -> int:
