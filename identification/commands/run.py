@@ -13,7 +13,7 @@ from rich.console import RenderableType
 
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
+from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance, stored_diagnosis
 from identification.diagnosis.look import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
@@ -27,23 +27,25 @@ from identification.report.laws import law_scores, law_summary, write_laws
 from identification.result.files import (
     StoredFit,
     estimates_file,
+    fit_dataset,
+    fit_json,
+    plain,
     provenance,
     read_estimates,
     state_files,
     stored_fit,
-    write_fit_json,
-    write_result,
 )
 from identification.result.posterior import FILE_NAME as POSTERIOR_FILE
 from identification.result.posterior import check_extra, write_posterior
 from identification.result.reference import Reference, check_reference, read_reference
 from identification.result.result import FitResult, StartedFrom
-from identification.result.store import FILE_NAME, read_stored
+from identification.result.store import FILE_NAME, read_stored, write_dataset
 from identification.trajectory.fit import Progress
 from identification.wording.numbers import joined
 from vibrojax.effects.formula import Formula
 from vibrojax.effects.formula import terms as read_terms
 from vibrojax.errors import InputError, NoConvergenceError, WarningLine
+from vibrojax.json_file import write_json
 from vibrojax.model import MASS, Model
 from vibrojax.model_file import read_model, write_model
 
@@ -215,9 +217,9 @@ def write_fit(
 ) -> None:
     """Write fit.json, model.json, result.nc, report.html and plots, and posterior.nc if it was sampled, into a folder that exists."""
     origin = provenance(result)
-    write_fit_json(result, folder / "fit.json")
+    write_json(fit_json(result), folder / "fit.json")
     write_model(result.model, folder / "model.json", provenance=origin)
-    write_result(StoredFit(result=result, reference=reference, provenance=origin), folder / FILE_NAME)
+    write_dataset(fit_dataset(StoredFit(result=result, reference=reference, provenance=origin)), folder / FILE_NAME)
     if result.posterior is not None:
         write_posterior(result.posterior, folder / POSTERIOR_FILE, {"experiment": result.experiment.name, "created_by": "vibrojax fit"})
     write_report(result, folder, reference=reference, provenance=origin, style=style, progress=progress)
@@ -254,10 +256,10 @@ def run_diagnose(
 def write_diagnosed(diagnosis: Diagnosis, folder: Path, style: PageStyle = SCREEN, progress: Progress = lambda stage: None) -> None:
     """Write diagnosis.json, nominal.json, model.json, result.nc, report.html and plots into a folder that exists."""
     origin = diagnosis_provenance(diagnosis)
-    write_diagnosis_json(diagnosis, folder / "diagnosis.json", origin)
+    write_json(plain(diagnosis.document(origin)), folder / "diagnosis.json")
     write_model(diagnosis.nominal_model, folder / "nominal.json", provenance=origin)
     write_model(diagnosis.model, folder / "model.json", provenance=origin)
-    write_diagnosis(StoredDiagnosis(diagnosis=diagnosis, provenance=origin), folder / FILE_NAME)
+    write_dataset(diagnosis_dataset(StoredDiagnosis(diagnosis=diagnosis, provenance=origin)), folder / FILE_NAME)
     write_diagnosis_report(diagnosis, folder, provenance=origin, style=style, progress=progress)
     state_files(folder / "diagnosis.json", folder)
 

@@ -2,16 +2,14 @@
 
 import dataclasses
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from identification.diagnosis.diagnosis import Diagnosis
-from identification.result.files import origin, plain, residuals
-from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
-from vibrojax.json_file import write_json
+from identification.result.files import origin, residuals
+from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -20,11 +18,6 @@ class StoredDiagnosis:
 
     diagnosis: Diagnosis
     provenance: Mapping[str, Any]
-
-
-def write_diagnosis(stored: StoredDiagnosis, path: Path) -> None:
-    """Write `result.nc` of a diagnosis; an existing file is replaced."""
-    write_dataset(diagnosis_dataset(stored), path)
 
 
 def diagnosis_dataset(stored: StoredDiagnosis) -> xr.Dataset:
@@ -54,8 +47,3 @@ def stored_diagnosis(document: dict[str, Any], variables: Mapping[str, np.ndarra
 def diagnosis_provenance(diagnosis: Diagnosis) -> dict[str, Any]:
     """Where a diagnosis comes from: versions, sha256 of every file that was read, wall time by stage in s."""
     return origin(diagnosis.experiment, diagnosis.seconds)
-
-
-def write_diagnosis_json(diagnosis: Diagnosis, path: Path, provenance: Mapping[str, Any]) -> None:
-    """Write `diagnosis.json`; numbers that are not finite become null, for which JSON has no other word."""
-    write_json(plain(diagnosis.document(dict(provenance))), path)

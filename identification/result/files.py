@@ -18,7 +18,7 @@ import xarray as xr
 from identification.experiment import Experiment, ParameterOption
 from identification.result.reference import Reference
 from identification.result.result import FIXED, OK, FitResult, ParameterEstimate, RecordFit, residual
-from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples, write_dataset
+from identification.result.store import Variables, dataset, from_plain, to_plain, with_samples
 from vibrojax.json_file import Table, read_json, write_json
 from vibrojax.model_file import model_document
 
@@ -30,11 +30,6 @@ class StoredFit:
     result: FitResult
     reference: Reference | None
     provenance: Mapping[str, Any]
-
-
-def write_result(stored: StoredFit, path: Path) -> None:
-    """Write `result.nc` of a fit; an existing file is replaced."""
-    write_dataset(fit_dataset(stored), path)
 
 
 def fit_dataset(stored: StoredFit) -> xr.Dataset:
@@ -130,11 +125,6 @@ def fit_json(result: FitResult) -> dict[str, Any]:
         "provenance": provenance(result),
     }
     return plain(document)
-
-
-def write_fit_json(result: FitResult, path: Path) -> None:
-    """Write `fit_json` to a file."""
-    write_json(fit_json(result), path)
 
 
 def read_estimates(path: Path) -> dict[str, tuple[float, str]]:

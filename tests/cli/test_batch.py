@@ -15,12 +15,13 @@ from pathlib import Path
 import pytest
 
 from identification.commands import run
-from identification.result.files import state_files, write_fit_json
+from identification.result.files import fit_json, state_files
 from tests.identification.made_result import made_result
 from vibrojax.cli import batch, fit
 from vibrojax.cli.batch import FitJob
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError, NoConvergenceError
+from vibrojax.json_file import write_json
 
 RIG = """schema = 1
 [experiment]
@@ -62,7 +63,7 @@ def fitted(monkeypatch) -> list[str]:
         if (source / "error").exists():
             raise NoConvergenceError("it stopped\nafter 40 steps")
         result = dataclasses.replace(made_result(samples=600), chi2_reduced=1.0 + len(source.name) / 100)
-        write_fit_json(result, folder / "fit.json")
+        write_json(fit_json(result), folder / "fit.json")
         (folder / "report.html").write_text("page", encoding="utf-8")
         state_files(folder / "fit.json", folder)
         return result

@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from identification.result.files import StoredFit, write_result
+from identification.result.files import StoredFit, fit_dataset
+from identification.result.store import write_dataset
 from tests.identification.made_result import made_result
 from vibrojax.cli import main
 
@@ -20,7 +21,7 @@ def call(monkeypatch, *arguments, prepare_jax=lambda: None):
 
 
 def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypatch, capsys):
-    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    write_dataset(fit_dataset(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7})), tmp_path / "result.nc")
     (tmp_path / "fit.json").write_text("{}")
     assert call(monkeypatch, tmp_path, "--out", tmp_path / "page") == 0
     assert "made <by> hand" in capsys.readouterr().out
@@ -32,7 +33,7 @@ def test_page_and_plots_appear_beside_the_result_or_elsewhere(tmp_path, monkeypa
 
 
 def test_the_fit_states_the_pages_checksum_anew_and_a_foreign_file_stays(tmp_path, monkeypatch):
-    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    write_dataset(fit_dataset(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7})), tmp_path / "result.nc")
     (tmp_path / "fit.json").write_text('{"schema": 1, "files": {"result.nc": "ab", "report.html": "cd"}}')
     assert call(monkeypatch, tmp_path, "--quiet") == 0
     stated = json.loads((tmp_path / "fit.json").read_text())
@@ -47,7 +48,7 @@ def test_the_fit_states_the_pages_checksum_anew_and_a_foreign_file_stays(tmp_pat
 
 
 def test_black_and_white_or_a_clear_refusal(tmp_path, monkeypatch, capsys):
-    write_result(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7}), tmp_path / "result.nc")
+    write_dataset(fit_dataset(StoredFit(result=made_result(samples=600), reference=None, provenance={"seed": 7})), tmp_path / "result.nc")
     assert call(monkeypatch, tmp_path, "--quiet", "--style", "print") == 0
     assert '<body class="print">' in (tmp_path / "report.html").read_text(encoding="utf-8") and (tmp_path / "residuals.pdf").exists()
     assert call(monkeypatch, tmp_path, "--style", "sepia", prepare_jax=lambda: pytest.fail("JAX was loaded")) == 2

@@ -13,13 +13,14 @@ from identification.commands.run import run_fit
 from identification.estimation.estimate import fit_experiment
 from identification.experiment import ParameterOption
 from identification.report import fit_summary
-from identification.result.files import fit_json, write_fit_json
+from identification.result.files import fit_json
 from identification.trajectory.start import problem_of
 from tests.identification.conftest import cropped
 from tests.identification.made_result import F_N, K_I, LAMBDA_I, ZETA, N, made_result
 from vibrojax.cli import fit
 from vibrojax.data_files import data_path
 from vibrojax.errors import InputError
+from vibrojax.json_file import write_json
 
 FOUND = {"k_i": K_I, "n": N, "lambda_i": LAMBDA_I, "zeta": ZETA, "f_n": F_N}
 
@@ -31,7 +32,7 @@ FOUND = {"k_i": K_I, "n": N, "lambda_i": LAMBDA_I, "zeta": ZETA, "f_n": F_N}
 @pytest.mark.parametrize("file", ["", "fit.json"])
 def test_values_whose_name_and_unit_the_model_has_are_taken(monkeypatch, tmp_path, law, expected, file):
     """The stiffness of a linear stop is in N/m, that of the others in N/m^n."""
-    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    write_json(fit_json(made_result(samples=600)), tmp_path / "fit.json")
     starts = []
 
     def fitting(*nouns, earlier, **options):
@@ -83,7 +84,7 @@ def test_what_is_no_result_is_refused_before_anything_is_read(tmp_path, content,
 
 
 def test_a_value_that_was_not_finite_keeps_its_first_guess_and_so_does_a_stiffness_in_units_of_it(monkeypatch, tmp_path):
-    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    write_json(fit_json(made_result(samples=600)), tmp_path / "fit.json")
     document = json.loads((tmp_path / "fit.json").read_text(encoding="utf-8"))
     document["parameters"]["n"]["value"] = None
     (tmp_path / "fit.json").write_text(json.dumps(document), encoding="utf-8")
@@ -125,7 +126,7 @@ def test_gaps_are_read_off_the_records_however_much_an_earlier_fit_knows(small):
 )
 def test_a_stiffness_is_taken_with_its_exponent_or_not_at_all(monkeypatch, tmp_path, example, law, wish, taken, left_out):
     """The result says what was taken, and from which file."""
-    write_fit_json(made_result(samples=600), tmp_path / "fit.json")
+    write_json(fit_json(made_result(samples=600)), tmp_path / "fit.json")
     wishing = dataclasses.replace(example, parameters={name: ParameterOption(start=value, fixed=True) for name, value in wish.items()})
     kept, said = [], []
     monkeypatch.setattr("identification.commands.run.load_experiment", lambda path: wishing)

@@ -8,13 +8,14 @@ import xarray as xr
 
 from identification.commands.run import run_report
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
-from identification.diagnosis.files import StoredDiagnosis, diagnosis_provenance, stored_diagnosis, write_diagnosis, write_diagnosis_json
+from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance, stored_diagnosis
 from identification.report import write_diagnosis_report
-from identification.result.files import stored_fit
-from identification.result.store import read_stored
+from identification.result.files import plain, stored_fit
+from identification.result.store import read_stored, write_dataset
 from tests.identification.diagnosis.made_diagnosis import made_diagnosis
 from tests.identification.made_result import made_result
 from vibrojax.errors import InputError
+from vibrojax.json_file import write_json
 
 VERDICTS = (MISSING, UNLISTED, UNDECIDED, ADEQUATE, RESTLESS)
 
@@ -32,7 +33,7 @@ def stored(request, tmp_path_factory):
     diagnosis = dataclasses.replace(diagnosis, **both)
     folder = tmp_path_factory.mktemp(request.param)
     found = StoredDiagnosis(diagnosis=diagnosis, provenance=diagnosis_provenance(diagnosis))
-    write_diagnosis(found, folder / "result.nc")
+    write_dataset(diagnosis_dataset(found), folder / "result.nc")
     return found, folder
 
 
@@ -40,7 +41,7 @@ def test_every_number_comes_back_as_it_was(stored, tmp_path):
     before, after = stored[0], read_stored(stored[1] / "result.nc", {"diagnosis": stored_diagnosis})
     texts = []
     for one in (before, after):
-        write_diagnosis_json(one.diagnosis, tmp_path / "diagnosis.json", one.provenance)
+        write_json(plain(one.diagnosis.document(dict(one.provenance))), tmp_path / "diagnosis.json")
         texts.append((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
     assert texts[0] == texts[1]
     assert (after.diagnosis.augmented is after.diagnosis.nominal) == before.diagnosis.is_complete

@@ -9,13 +9,14 @@ from PIL import Image
 from rich.console import Console
 
 from identification.diagnosis.diagnosis import ADEQUATE, MISSING, RESTLESS, UNDECIDED, UNLISTED
-from identification.diagnosis.files import diagnosis_provenance, write_diagnosis_json
+from identification.diagnosis.files import diagnosis_provenance
 from identification.report import diagnosis_summary, write_diagnosis_report
 from identification.report.base import PRINT, SCREEN
 from identification.report.decay import ring_downs_of_both
 from identification.report.diagnosis_figures import stretches
 from identification.report.diagnosis_tables import changes, scatter
 from identification.report.page import FIGURES_OF_DIAGNOSIS as FIGURES
+from identification.result.files import plain
 from identification.wording.names import equation_html
 from identification.wording.numbers import NONE
 from tests.identification.diagnosis.made_diagnosis import FRICTION, made_diagnosis
@@ -23,6 +24,7 @@ from tests.identification.made_result import made_result
 from tests.identification.report.page_reader import is_grey, read
 from vibrojax.drawing import style
 from vibrojax.effects import EFFECTS, GainError
+from vibrojax.json_file import write_json
 
 VERDICTS = (MISSING, UNLISTED, UNDECIDED, ADEQUATE, RESTLESS)
 
@@ -214,7 +216,7 @@ def test_json_holds_no_number_that_json_does_not_know(made, tmp_path):
         changed(made[MISSING], interval=(float("-inf"), 1.0)),
         nominal=dataclasses.replace(made[MISSING].nominal, held_out_nrmse=float("nan")),
     )
-    write_diagnosis_json(odd, tmp_path / "diagnosis.json", diagnosis_provenance(odd))
+    write_json(plain(odd.document(diagnosis_provenance(odd))), tmp_path / "diagnosis.json")
     read_back = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert read_back["location"]["interval"] == [None, 1.0]
     assert read_back["nominal"]["held_out_nrmse"] is None

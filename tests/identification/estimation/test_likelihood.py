@@ -13,9 +13,9 @@ from identification.experiment import ParameterOption
 from identification.report import tables
 from identification.report.base import STYLES
 from identification.report.estimates import likelihood_profiles, posterior
-from identification.result.files import StoredFit, fit_json, provenance, stored_fit, write_result
+from identification.result.files import StoredFit, fit_dataset, fit_json, provenance, stored_fit
 from identification.result.posterior import SHAPE_LIMIT, arviz, weighted, write_posterior
-from identification.result.store import read_stored
+from identification.result.store import read_stored, write_dataset
 from identification.trajectory.fit import fit as chain_fit
 from identification.trajectory.start import problem_of
 from tests.identification.conftest import TRUTH, cropped
@@ -99,7 +99,7 @@ def test_arviz_reads_the_file(fitted, tmp_path):
 
 
 def test_both_are_kept_with_the_result(fitted, tmp_path):
-    write_result(StoredFit(result=fitted, reference=None, provenance=provenance(fitted)), tmp_path / "result.nc")
+    write_dataset(fit_dataset(StoredFit(result=fitted, reference=None, provenance=provenance(fitted))), tmp_path / "result.nc")
     again = read_stored(tmp_path / "result.nc", {"fit": stored_fit}).result
     assert again.profiles == fitted.profiles
     for field in dataclasses.fields(fitted.posterior):

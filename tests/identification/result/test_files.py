@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from identification.result.evidence import Unrest
-from identification.result.files import fit_json, plain, write_fit_json
+from identification.result.files import fit_json, plain
 from identification.result.result import Horizon
 from tests.identification.made_result import made_result, with_unknown
+from vibrojax.json_file import write_json
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +84,7 @@ def test_a_parameter_that_is_not_determined_has_no_error_but_a_reason(result):
 
 def test_a_number_that_json_has_no_word_for_is_null(result, tmp_path):
     strange = dataclasses.replace(result, chi2_reduced=np.inf, discretisation=np.nan, correlation=np.full((5, 5), np.nan))
-    write_fit_json(strange, tmp_path / "fit.json")
+    write_json(fit_json(strange), tmp_path / "fit.json")
 
     def refuse(constant):
         raise AssertionError(f"{constant} is not JSON")
@@ -93,7 +94,7 @@ def test_a_number_that_json_has_no_word_for_is_null(result, tmp_path):
 
 
 def test_every_digit_survives(result, tmp_path):
-    write_fit_json(result, tmp_path / "fit.json")
+    write_json(fit_json(result), tmp_path / "fit.json")
     assert json.loads((tmp_path / "fit.json").read_text()) == fit_json(result)
 
 

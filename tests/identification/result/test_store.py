@@ -10,7 +10,7 @@ import xarray as xr
 from identification.commands.run import run_report
 from identification.report import write_report
 from identification.result.evidence import Unrest
-from identification.result.files import StoredFit, stored_fit, write_result
+from identification.result.files import StoredFit, fit_dataset, stored_fit
 from identification.result.reference import read_reference
 from identification.result.result import Added, Horizon
 from identification.result.store import from_plain, read_stored, to_plain, write_dataset
@@ -36,7 +36,7 @@ def stored(tmp_path_factory):
     reference = read_reference(data_path("thesis", "figure_3_3.toml"))
     stored = StoredFit(result=result, reference=reference, provenance=PROVENANCE)
     folder = tmp_path_factory.mktemp("fit")
-    write_result(stored, folder / "result.nc")
+    write_dataset(fit_dataset(stored), folder / "result.nc")
     return stored, folder
 
 
