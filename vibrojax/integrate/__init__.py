@@ -8,7 +8,6 @@ from vibrojax.integrate.base import NOT_FINITE as NOT_FINITE
 from vibrojax.integrate.base import RESULT_MESSAGES as RESULT_MESSAGES
 from vibrojax.integrate.base import STEP_LIMIT as STEP_LIMIT
 from vibrojax.integrate.base import SUCCESS as SUCCESS
-from vibrojax.integrate.base import AbstractBatchIntegrator as AbstractBatchIntegrator
 from vibrojax.integrate.base import AbstractIntegrator as AbstractIntegrator
 from vibrojax.integrate.base import Trajectory as Trajectory
 from vibrojax.integrate.guided import Guided as Guided

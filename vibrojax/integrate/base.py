@@ -53,23 +53,6 @@ class AbstractIntegrator(eqx.Module):
         """
 
 
-class AbstractBatchIntegrator(AbstractIntegrator):
-    """A method that takes many systems side by side, as a fit does with its windows."""
-
-    @abc.abstractmethod
-    def batch(
-        self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
-    ) -> Trajectory:
-        """Integrate many trajectories side by side.
-
-        Arguments:
-            systems: one system with a leading lane axis on every array leaf.
-            ts: times of each lane, s.
-            states: initial (u, u') of each lane, and the initial states of the system's effects.
-            lengths: how many of the times of each lane count; what is returned beyond is meaningless.
-        """
-
-
 def without_effects(system: System, method: str) -> None:
     """Refuse a system with effects where the method does not know them."""
     if system.effects:

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 from vibrojax.contact import AbstractCompliantLaw, AbstractInstantaneousLaw
 from vibrojax.contact.base import SLOWEST_APPROACH
 from vibrojax.effects.base import AbstractEffect
-from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractBatchIntegrator, Trajectory
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory
 from vibrojax.shapes import Number
 from vibrojax.steps import cubic, runge_kutta_step
 from vibrojax.system import System
@@ -144,7 +144,7 @@ def _own_at(points: LandingState, begin: Int[Array, "time lanes"], s: Float[Arra
     return cubic(s[..., None], w0, m0, w1, m1)[0]
 
 
-class Landing(AbstractBatchIntegrator):
+class Landing(AbstractIntegrator):
     """Classical Runge-Kutta of order four, finer in contact than in flight, no step across a touch or a release.
 
     Steps do not care for the samples: these are read off the cubic through the ends of the step in which they lie. No step straddles
@@ -180,6 +180,14 @@ class Landing(AbstractBatchIntegrator):
     def batch(
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
+        """Integrate many trajectories side by side, as a fit does with its windows.
+
+        Arguments:
+            systems: one system with a leading lane axis on every array leaf.
+            ts: times of each lane, s.
+            states: initial (u, u') of each lane, and the initial states of the system's effects.
+            lengths: how many of the times of each lane count; what is returned beyond is meaningless.
+        """
         count, last, history, t_end = self.steps(systems, ts, states, lengths)
         finite = jnp.isfinite(last.u) & jnp.isfinite(last.v)
         result = jnp.where(finite, jnp.where(last.t >= t_end, SUCCESS, STEP_LIMIT), NOT_FINITE)

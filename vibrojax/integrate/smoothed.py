@@ -7,12 +7,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import lax
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from vibrojax import smooth
 from vibrojax.contact import AbstractCompliantLaw, smoothed_force
 from vibrojax.contact.base import SLOWEST_APPROACH, uses_approach_speed
-from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractBatchIntegrator, Trajectory, without_effects
+from vibrojax.integrate.base import NOT_FINITE, STEP_LIMIT, SUCCESS, AbstractIntegrator, Trajectory, without_effects
 from vibrojax.shapes import Number
 from vibrojax.system import System
 
@@ -68,7 +68,7 @@ _SHORTEST_STEP = 1e-14
 """s; error control that asks for less has met a right-hand side that is not finite."""
 
 
-class Smoothed(AbstractBatchIntegrator):
+class Smoothed(AbstractIntegrator):
     """Adaptive Runge-Kutta of the contact law with its switch spread over a width epsilon, in one go through all impacts.
 
     m u'' + ... = -F_eps(delta, delta'), F_eps as in `vibrojax.contact.smoothed_force`: the right-hand side is continuous, so that any
@@ -119,18 +119,6 @@ class Smoothed(AbstractBatchIntegrator):
 
         One that begins in contact takes the speed at its touch, m/s, from a third number of the state; without, u' stands in for it.
         """
-        return self._until(ts[-1], system, ts, state)
-
-    def batch(
-        self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
-    ) -> Trajectory:
-        """Integrate many trajectories, each with steps of its own; see `AbstractBatchIntegrator`."""
-        ends = jnp.take_along_axis(ts, lengths[:, None] - 1, axis=1)[:, 0]
-        lanes = jax.vmap(self._until)(ends, systems, jnp.minimum(ts, ends[:, None]), states)
-        return eqx.tree_at(lambda one: (one.ts, one.steps), lanes, (ts, lanes.steps.max()))
-
-    def _until(self, end: Float[Array, ""], system: System, ts: Float[Array, " time"], state: Float[Array, " states"]) -> Trajectory:
-        """Integrate one trajectory to its end; times may repeat there."""
         without_effects(system, "the smoothed integrator")
         system = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=ts.dtype), system)
         if not isinstance(system.law, AbstractCompliantLaw):
@@ -145,7 +133,7 @@ class Smoothed(AbstractBatchIntegrator):
             diffrax.ODETerm(self._rates),
             self.solver,
             t0=ts[0],
-            t1=end,
+            t1=ts[-1],
             dt0=1e-2 * (ts[1] - ts[0]),
             y0=(u, v, w) if uses_speed else (u, v),
             args=system,
