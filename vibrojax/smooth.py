@@ -58,10 +58,7 @@ def log(x: Scalars) -> Scalars:
     return jnp.where(x < jnp.inf, 2.0 * s * _series(_ARTANH, square) + e.astype(x.dtype) * _LOG_2, x)
 
 
-@log.defjvp
-def _log_jvp(primals, tangents):
-    (x,), (rate,) = primals, tangents
-    return log(x), rate / x
+log.defjvps(lambda rate, answer, x: rate / x)
 
 
 def step(x: Scalars, width: Number) -> Scalars:
@@ -96,16 +93,8 @@ def cosine(angle: Scalars) -> Scalars:
     return -_sign(turns) * _near_zero(angle, turns + 0.5)
 
 
-@sine.defjvp
-def _sine_jvp(primals, tangents):
-    (angle,), (rate,) = primals, tangents
-    return sine(angle), cosine(angle) * rate
-
-
-@cosine.defjvp
-def _cosine_jvp(primals, tangents):
-    (angle,), (rate,) = primals, tangents
-    return cosine(angle), -sine(angle) * rate
+sine.defjvps(lambda rate, answer, angle: cosine(angle) * rate)
+cosine.defjvps(lambda rate, answer, angle: -sine(angle) * rate)
 
 
 def _near_zero(angle: Scalars, turns: Scalars) -> Scalars:
