@@ -25,7 +25,6 @@ import numpy as np
 from identification.experiment.errors import ExperimentError, shown
 from identification.experiment.limits import allowed_memory, allowed_seconds, limit_process
 from identification.experiment.readers.base import AbstractReader, Columns, Lost
-from identification.experiment.readers.recorder import silenced
 
 LENGTH = 8
 """Bytes of the header's length, and the multiple to which the header is filled up."""
@@ -153,7 +152,7 @@ def serve(line: int, reader_of: Callable[[str], tuple[AbstractReader, str]], rea
                 return
             request = json.loads(text)
             if library := reader_of(request["file"])[0].library:
-                with silenced(), contextlib.suppress(ImportError):  # the reader says so
+                with contextlib.suppress(ImportError):  # the reader says so
                     importlib.import_module(library)  # here, so that it is loaded once
             child = os.fork()
             if child == 0:

@@ -1,14 +1,9 @@
 """Recorders' own formats, TDMS, universal files and MDF 4: the libraries behind them, and channels as columns on one time axis."""
 
-import gc
 import importlib
-import logging
-import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Set as AbstractSet
-from contextlib import contextmanager
 from dataclasses import dataclass
-from io import BufferedReader
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -32,29 +27,12 @@ def load_library(name: str, kind: str) -> ModuleType:
 run pip install "vibrojax[labdata]", or export the record to .csv, .h5, .mat or .npz
     """
     try:
-        with silenced():
-            return importlib.import_module(name)
+        return importlib.import_module(name)
     except ImportError as error:
         raise ExperimentError(
             f'{kind} files need the package {name}, which is not installed: run pip install "vibrojax[labdata]", or export the record to '
             ".csv, .h5, .mat or .npz"
         ) from error
-
-
-@contextmanager
-def silenced() -> Iterator[None]:
-    """A block in which libraries log nothing, nor report errors while their half-made objects are thrown away.
-
-    What is wrong with a file is said once, by the reader.
-    """
-    hook, level = sys.unraisablehook, logging.root.manager.disable
-    try:
-        sys.unraisablehook = lambda unraisable: None
-        logging.disable()
-        yield
-    finally:
-        sys.unraisablehook = hook
-        logging.disable(level)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -186,7 +164,7 @@ class TdmsReader(AbstractReader):
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         library = load_library(self.library, self.format)
-        with path.open("rb") as stream, silenced(), library.TdmsFile.open(stream) as file:
+        with path.open("rb") as stream, library.TdmsFile.open(stream) as file:
             if file.file_status.incomplete_final_segment:
                 raise ExperimentError("the file breaks off in its last segment: expected a complete file; copy it again, or save it again")
             stored = [(group.name, channel) for group in file.groups() for channel in group.channels()]
@@ -240,16 +218,15 @@ class UffReader(AbstractReader):
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         library = load_library(self.library, "universal (.unv, .uff)")
         _check_end(path)
-        with silenced():
-            file = library.UFF(str(path))
-            places = [place for place, kind in enumerate(file.get_set_types()) if kind == 58]  # functions of time or frequency
-            heads = [file.read_sets(place, header_only=True) for place in places]
-            by_text = [str(head["id1"]).strip() for head in heads]
-            by_place = [f"{head['rsp_node']}{DIRECTIONS.get(head['rsp_dir'], '')}" for head in heads]
-            unique = (names for names in (by_text, by_place) if all(map(stated, names)) and len(set(names)) == len(names))
-            names = next(unique, [f"dataset {number}" for number in range(1, len(heads) + 1)])
-            channels = [_uff_channel(file, place, head, name) for place, head, name in zip(places, heads, names, strict=True)]
-            return to_columns(channels, wanted, path.stat().st_size)
+        file = library.UFF(str(path))
+        places = [place for place, kind in enumerate(file.get_set_types()) if kind == 58]  # functions of time or frequency
+        heads = [file.read_sets(place, header_only=True) for place in places]
+        by_text = [str(head["id1"]).strip() for head in heads]
+        by_place = [f"{head['rsp_node']}{DIRECTIONS.get(head['rsp_dir'], '')}" for head in heads]
+        unique = (names for names in (by_text, by_place) if all(map(stated, names)) and len(set(names)) == len(names))
+        names = next(unique, [f"dataset {number}" for number in range(1, len(heads) + 1)])
+        channels = [_uff_channel(file, place, head, name) for place, head, name in zip(places, heads, names, strict=True)]
+        return to_columns(channels, wanted, path.stat().st_size)
 
 
 def _check_end(path: Path) -> None:
@@ -307,7 +284,7 @@ class Mdf4Reader(AbstractReader):
 
     def read(self, path: Path, wanted: AbstractSet[str]) -> Columns:
         library = load_library(self.library, self.format)
-        with path.open("rb") as stream, silenced():
+        with path.open("rb") as stream:
             begin = stream.read(12)
             stream.seek(0)
             if begin.startswith(b"UnFinMF"):
@@ -316,18 +293,15 @@ class Mdf4Reader(AbstractReader):
                 )
             if not begin.startswith(b"MDF") or begin[8:9] != b"4":
                 raise ExperimentError(f"the file begins with {shown(begin)}: expected an MDF file of version 4; export it as MDF 4")
-            with _opened(library, stream) as file:
+            try:
+                opened = library.MDF(stream)
+            except Exception as error:
+                reason = str(error) or type(error).__name__
+                raise ExperimentError(
+                    f"its blocks do not fit together ({reason[:120]}): the file is cut off or damaged, copy or export it again"
+                ) from error
+            with opened as file:
                 return to_columns(_mdf4_channels(file), wanted, path.stat().st_size)
-
-
-def _opened(library: Any, stream: BufferedReader) -> Any:
-    """Open the file; what the library leaves half made on failure is thrown away here, where its complaints are silenced."""
-    try:
-        return library.MDF(stream)
-    except Exception as error:
-        reason = str(error) or type(error).__name__
-    gc.collect()  # the library's half-made object is part of a cycle, and complains when it goes
-    raise ExperimentError(f"its blocks do not fit together ({reason[:120]}): the file is cut off or damaged, copy or export it again")
 
 
 def _mdf4_channels(file: Any) -> list[RecorderChannel]:
