@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float, Int
 
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels, input_noise
-from identification.result.result import Nuisance, RecordFit
+from identification.result.result import Quantity, RecordFit
 from identification.trajectory.fit import Fitted, settled
 from identification.trajectory.motion import Estimate, homes, shown, travelled
 from identification.trajectory.random_force import RandomForce
@@ -230,7 +230,7 @@ def _smoothed_chi2(fitted: Fitted, index: int) -> dict[str, float]:
     return {name: float(np.mean(squares[..., c][counts[..., c]])) for c, name in enumerate(chains.channels) if counts[..., c].any()}
 
 
-def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:
+def _nuisances(fitted: Fitted, index: int) -> Iterator[Quantity]:
     """Numbers that were estimated for one record, SI; sine and cosine of the cart as amplitude and phase."""
     problem, unknowns = fitted.problem, fitted.problem.unknowns
     free, values = problem.border.own[index], fitted.at.own[index]
@@ -240,8 +240,8 @@ def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:
         amplitude = float(np.hypot(sine, cosine))
         across = float(np.hypot(cosine * of_sine, sine * of_cosine)) / max(amplitude, 1e-300)
         along = float(np.hypot(sine * of_sine, cosine * of_cosine)) / max(amplitude, 1e-300)
-        yield Nuisance(name="base_amplitude", unit="m", value=amplitude, stderr=along)
-        yield Nuisance(name="base_phase", unit="rad", value=float(np.arctan2(cosine, sine)), stderr=across / max(amplitude, 1e-300))
+        yield Quantity(name="base_amplitude", unit="m", value=amplitude, stderr=along)
+        yield Quantity(name="base_phase", unit="rad", value=float(np.arctan2(cosine, sine)), stderr=across / max(amplitude, 1e-300))
     listed = {p.name: p for p in (*problem.parameters, *problem.model.record_parameters)}
     for place in range(OF_RECORD.index("gap_error"), len(values)):
         name, value, error = unknowns.own[place], float(values[place]), float(errors[place])
@@ -258,4 +258,4 @@ def _nuisances(fitted: Fitted, index: int) -> Iterator[Nuisance]:
         if unknowns.logarithmic_own[place]:
             value = float(np.exp(value))
             error *= value
-        yield Nuisance(name=name, unit=unit, value=value, stderr=error)
+        yield Quantity(name=name, unit=unit, value=value, stderr=error)

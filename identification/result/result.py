@@ -47,20 +47,10 @@ class ParameterEstimate:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """An estimated quantity: SI value, standard error (None where it has no meaning), unit and symbol."""
+    """An estimated quantity: SI value, standard error (None where it has no meaning), unit, and symbol where tables use one."""
 
     name: str
-    symbol: str
-    unit: str
-    value: float
-    stderr: float | None
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Nuisance:
-    """A number estimated for one record only: base amplitude and phase, setting error of the gap."""
-
-    name: str
+    symbol: str = ""
     unit: str
     value: float
     stderr: float | None
@@ -89,7 +79,7 @@ class RecordFit:
         file: of the record.
         kind: as in the experiment.
         gap: as set plus the estimated setting error, m.
-        nuisances: estimated for this record.
+        nuisances: numbers estimated for this record only: base amplitude and phase, setting error of the gap.
         time: s.
         measured: by channel, SI.
         predicted: by channel, SI; also channels that were not recorded.
@@ -107,7 +97,7 @@ class RecordFit:
     file: str
     kind: str
     gap: float
-    nuisances: tuple[Nuisance, ...]
+    nuisances: tuple[Quantity, ...]
     time: np.ndarray = series("time", unit="s", words="time")
     measured: dict[str, np.ndarray] = series("time", unit=lambda self, channel: si_unit(channel), words="{key}, measured")
     predicted: dict[str, np.ndarray] = series("time", unit=lambda self, channel: si_unit(channel), words="{key}, model", name="model")

@@ -6,7 +6,7 @@ import pytest
 
 from identification.report.verdict import GOOD, PARTLY, POOR, judge
 from identification.result.evidence import Disagreement, Unrest
-from identification.result.result import Nuisance
+from identification.result.result import Quantity
 from identification.wording.numbers import percent
 from tests.identification.diagnosis.made_diagnosis import UNREST
 from tests.identification.made_result import made_result
@@ -75,7 +75,7 @@ def test_a_record_that_alone_misfits_is_named_with_what_it_alone_has(poor, good)
     assert judge(poor).remarks[0].startswith("Only cart1.csv misfits; the model explains the other 1 to the noise. Look for what differs")
     drop, cart = poor.records
     seen = {name: values for name, values in cart.measured.items() if name != "cart_displacement"}
-    sine = Nuisance(name="base_amplitude", unit="m", value=1.25e-3, stderr=1e-6)
+    sine = Quantity(name="base_amplitude", unit="m", value=1.25e-3, stderr=1e-6)
     cart = dataclasses.replace(cart, measured=seen, nuisances=(sine,), chi2_reduced={"impact_force": cart.chi2_reduced["impact_force"]})
     remark = judge(dataclasses.replace(poor, records=(drop, cart))).remarks[0]
     assert remark.endswith("Its cart was not recorded: the amplitude found, 1.25 mm, may be wrong, or its motion no sine.")
