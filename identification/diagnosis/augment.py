@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.diagnosis.lags import LONGEST, misalignment
-from identification.diagnosis.look import Candidate, Look, Scored, read_off_loops
+from identification.diagnosis.look import Candidate, Look, Scored, hides_the_order, read_off_loops
 from identification.diagnosis.signals import own_states, signals
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
@@ -58,8 +58,9 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
         problem: that begins at the measured trajectory.
         near: estimate of it from another model; None where that says nothing.
         beside: that model, of which the variances begin.
-        simpler: model that it contains. The first fit is good enough where it is as likely, unless its random force is as large as it may
-            be; without a force it is, unless reading errors had taken its place. Of two fits, one better `only_by_force` comes second.
+        simpler: model that it contains. The first fit is good enough where it is as likely, unless it takes so much for random that scores
+            would not order candidates; without a force it is, unless reading errors had taken its place. Of two fits, one better
+            `only_by_force` comes second.
         progress: called with a line in each round.
     """
     found = None
@@ -70,7 +71,7 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
     if found is not None:
         force = found.variances.force
         explained = vanishes(problem, force) and not beside.of_readings
-        if explained or (simpler is not None and found.deviance <= simpler.deviance and not is_largest(problem, force)):
+        if explained or (simpler is not None and found.deviance <= simpler.deviance and not hides_the_order(found, found.variances)):
             return found
     try:
         anew = fit(problem, progress=progress)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from identification.diagnosis.decide import LEVEL
+from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
 from identification.diagnosis.diagnosis import LIMITED
 from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.scales import probe_scales
@@ -30,6 +30,9 @@ from identification.wording.numbers import joined
 from vibrojax.effects import EFFECTS, AbstractEffect, ProbeScales
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import InputError
+
+LARGE_PART = 0.05
+"""Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -171,6 +174,14 @@ def best_of_each(found: Sequence[Scored]) -> dict[tuple[str, str], Scored]:
     for one in sorted(found, key=lambda one: -one.gain):
         best.setdefault(one.candidate.key, one)
     return best
+
+
+def hides_the_order(fitted: Fitted, variances: Variances) -> bool:
+    """Whether so much is taken for random that the scores of candidates do not order them; noise as declared hides nothing."""
+    problem = fitted.problem
+    signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
+    errors = [one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True) if one.std > BEYOND_NOISE]
+    return bool(max([variances.force.std / problem.scales.force, *errors]) > LARGE_PART)
 
 
 def detail(candidate: Candidate) -> str:

@@ -10,15 +10,14 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from identification.diagnosis.augment import aligned, augmented, is_shown_late, misalignment_of, only_by_force, refitted, without
-from identification.diagnosis.decide import BEYOND_NOISE, LEVEL
-from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, look
+from identification.diagnosis.decide import LEVEL
+from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, hides_the_order, look
 from identification.diagnosis.next_experiment import Cause
 from identification.diagnosis.scatter import contradicted, gain_of_values, if_still_needed, with_values
 from identification.estimation.parameters import variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted, Progress
-from identification.trajectory.variances import Variances
 from vibrojax.effects import EFFECTS
 from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
@@ -27,8 +26,6 @@ _WEIGHED = 6
 """Candidates of a look of which the variances are estimated anew, at most."""
 _WORTH_WEIGHING = 0.05
 """Score over the best one, from which a candidate is weighed: while physics is missing, scores are up to six times too small."""
-LARGE_PART = 0.05
-"""Random force over the force of the suspension, or reading error over the signal, above which scores do not order candidates."""
 _WORTH_FITTING = 0.05
 """Chance by which noise gives a gain at first order, below which a candidate is refitted."""
 MOST_EFFECTS = 3
@@ -265,7 +262,7 @@ def _step(
     """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` are fitted already."""
     finished, fitted_before = True, list(known)
     found = [pair for pair in found if all(pair[0].candidate.key != one.candidate.key for one in known)]
-    hidden = bool(found) and _hides_the_order(seen.fitted, found[0][1].variances)
+    hidden = was_hidden = bool(found) and hides_the_order(seen.fitted, found[0][1].variances)
     waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
     if hidden:
         waiting.sort(key=lambda pair: (not _is_shown(seen, pair[0].candidate), misalignment_of(seen, pair[0].candidate)))
@@ -277,7 +274,7 @@ def _step(
         waiting = [pair for pair in waiting if _is_worth_fitting(seen, pair[0], hidden)]
         try:
             for one, weighed in list(waiting):
-                best = max((max(other.gain, other.best) for other in tried), default=0.0)
+                best = max((other.gain if was_hidden else max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
                 if is_shown_late(seen, one.candidate):  # of two channels either may be the late one
                     contained |= {other.name for other in tried}
@@ -331,7 +328,7 @@ def _judged(
 
 def _still_hides(fitted: Fitted | None) -> bool:
     """Whether a model leaves as much random as would hide the order of candidates."""
-    return fitted is None or _hides_the_order(fitted, fitted.variances)
+    return fitted is None or hides_the_order(fitted, fitted.variances)
 
 
 def _is_taken(one: Alternative) -> bool:
@@ -397,7 +394,7 @@ def _shortlist(seen: Look) -> list[Scored]:
     """
     best = list(best_of_each([*seen.listed, *(one for one in seen.free if one.candidate.members)]).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
-    if _hides_the_order(seen.fitted, seen.fitted.variances):
+    if hides_the_order(seen.fitted, seen.fitted.variances):
         shown = best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)])
         stops = [one for one in best if _is_stop(one.candidate) and one.gain > 0.0]
         chosen = list(({one.candidate.key: one for one in (*chosen, *stops)} | shown).values())
@@ -421,14 +418,6 @@ def _is_shown(seen: Look, candidate: Candidate) -> bool:
     if effect.does("stop"):
         return not seen.fitted.problem.model.has_stop or effect.name in seen.in_loops
     return candidate.channel in seen.scales.lags and effect.does("lateness")
-
-
-def _hides_the_order(fitted: Fitted, variances: Variances) -> bool:
-    """Whether so much is taken for random that the scores of candidates do not order them; noise as declared hides nothing."""
-    problem = fitted.problem
-    signals = np.std(problem.chains.measured * problem.chains.weight, axis=(0, 1))
-    errors = [one.std / max(s, 1.0) for one, s in zip(variances.readings, signals, strict=True) if one.std > BEYOND_NOISE]
-    return bool(max([variances.force.std / problem.scales.force, *errors]) > LARGE_PART)
 
 
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:

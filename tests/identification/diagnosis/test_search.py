@@ -10,8 +10,8 @@ from identification.diagnosis import diagnose
 from identification.diagnosis import look as look_module
 from identification.diagnosis import search as module
 from identification.diagnosis.free_forms import Form
-from identification.diagnosis.look import Candidate, Look, Scored, among_effects, limit_warning
-from identification.diagnosis.search import LARGE_PART, MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
+from identification.diagnosis.look import LARGE_PART, Candidate, Look, Scored, among_effects, limit_warning
+from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
@@ -488,7 +488,7 @@ def test_a_channel_that_reads_little_but_noise_hides_no_order(seen):
 
     def hides(times: float) -> bool:
         readings = tuple(ReadingError(innovation=times) for _ in chains.channels)
-        return module._hides_the_order(beside, dataclasses.replace(seen.fitted.variances, readings=readings))
+        return module.hides_the_order(beside, dataclasses.replace(seen.fitted.variances, readings=readings))
 
     assert not hides(1.1) and hides(2.0)
 
@@ -525,7 +525,7 @@ def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_n
     tried = weighed(second_mode=900.0, time_offset=0.0)
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["second_mode"]
-    monkeypatch.setattr(module, "_hides_the_order", lambda *given: True)
+    monkeypatch.setattr(module, "hides_the_order", lambda *given: True)
     tried.clear()
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
     assert tried == ["time_offset", "second_mode"]
@@ -554,7 +554,7 @@ def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_
 
 def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_order(seen, weighed, monkeypatch):
     hidden = iter([True, False])
-    monkeypatch.setattr(module, "_hides_the_order", lambda *given: next(hidden, False))
+    monkeypatch.setattr(module, "hides_the_order", lambda *given: next(hidden, False))
     tried = weighed(second_mode=900.0, back_stop=-0.1)
     step = module._step(seen, module._weighed(seen), refusing("second_mode"), lambda line: None)
     assert (tried, step.finished) == (["second_mode"], True)
@@ -574,7 +574,7 @@ def test_of_two_channels_that_the_records_show_apart_either_is_fitted_as_the_lat
 
 def test_of_what_makes_a_channel_late_the_one_that_brings_channels_together_is_fitted_first(seen, weighed, monkeypatch):
     tried = weighed(clock_drift=900.0, time_offset=300.0)
-    monkeypatch.setattr(module, "_hides_the_order", lambda *given: True)
+    monkeypatch.setattr(module, "hides_the_order", lambda *given: True)
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: True)
     monkeypatch.setattr(module, "misalignment_of", lambda at, candidate: -50.0 if candidate.name == "time_offset" else -20.0)
     module._step(seen, module._weighed(seen), refusing(), lambda line: None)
