@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
-from identification.diagnosis.look import Candidate, Look, Scored
+from identification.diagnosis.look import LARGE_PART, Candidate, Look, Scored
 from identification.estimation import estimate
 from identification.trajectory.start import begun_from, problem_of
 from identification.trajectory.variances import LARGEST_FORCE
@@ -207,6 +207,22 @@ def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
         simpler = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=deviance))
         augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
         assert begun == expected
+
+
+@pytest.mark.parametrize(("part", "repeated"), [(0.5, False), (2.0, True)])
+def test_a_fit_that_leaves_much_random_is_repeated_however_likely(seen, monkeypatch, part, repeated):
+    force = dataclasses.replace(seen.fitted.variances.force, std=part * LARGE_PART * seen.fitted.problem.scales.force)
+    variances = dataclasses.replace(seen.fitted.variances, force=force)
+    begun = []
+
+    def fit(problem, *, at=None, **given):
+        begun.append(at is not None)
+        return dataclasses.replace(seen.fitted, variances=variances, solution=dataclasses.replace(seen.fitted.solution, deviance=10.0))
+
+    monkeypatch.setattr(augment, "fit", fit)
+    simpler = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=1e6))
+    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
+    assert begun == ([True, False] if repeated else [True])
 
 
 def test_a_fit_with_the_force_at_its_limit_comes_second_where_the_simpler_model_has_less(seen, monkeypatch):

@@ -552,6 +552,17 @@ def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_
     assert [one.name for one, _ in module._weighed(seen)] == ["time_offset"]
 
 
+def test_beside_one_that_brings_scores_into_order_its_rivals_at_first_order_are_fitted(seen, weighed, monkeypatch):
+    hidden = iter([True, False])
+    monkeypatch.setattr(module, "hides_the_order", lambda *given: next(hidden, False))
+    tried = weighed(zero_drift=900.0, gap_drift=800.0, gap_step=300.0)
+    refitted = module._refitted
+    more = lambda *given: [dataclasses.replace(one, drop=9e4) for one in refitted(*given)]  # noqa: E731
+    monkeypatch.setattr(module, "_refitted", more)
+    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    assert tried == ["zero_drift", "gap_drift"]
+
+
 def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_order(seen, weighed, monkeypatch):
     hidden = iter([True, False])
     monkeypatch.setattr(module, "hides_the_order", lambda *given: next(hidden, False))
