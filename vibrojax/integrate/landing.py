@@ -180,7 +180,7 @@ class Landing(AbstractIntegrator):
     def batch(
         self, systems: System, ts: Float[Array, "lanes time"], states: Float[Array, "lanes states"], lengths: Int[Array, " lanes"]
     ) -> Trajectory:
-        """Integrate many trajectories side by side, as a fit does with its windows.
+        """Integrate many trajectories side by side.
 
         Arguments:
             systems: one system with a leading lane axis on every array leaf.
