@@ -16,7 +16,7 @@ from identification.commands.run import check_converged, write_diagnosed, write_
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance
-from identification.diagnosis.look import among_effects
+from identification.diagnosis.scores import among_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.likelihood import DRAWS, FEWEST
 from identification.estimation.simulate import simulate_record

@@ -14,7 +14,7 @@ from rich.console import RenderableType
 from identification.diagnosis.diagnose import diagnose_experiment
 from identification.diagnosis.diagnosis import Diagnosis
 from identification.diagnosis.files import StoredDiagnosis, diagnosis_dataset, diagnosis_provenance, stored_diagnosis
-from identification.diagnosis.look import among_effects, known_effects
+from identification.diagnosis.scores import among_effects, known_effects
 from identification.estimation.estimate import fit_experiment
 from identification.estimation.parameters import DERIVED
 from identification.estimation.simulate import simulate_record

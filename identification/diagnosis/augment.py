@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from identification.diagnosis.lags import LONGEST, misalignment
-from identification.diagnosis.look import Candidate, Look, Scored, hides_the_order, read_off_loops
+from identification.diagnosis.scores import Candidate, Scored, Scores, hides_the_order, read_off_loops
 from identification.diagnosis.signals import own_states, signals
 from identification.experiment import Record
 from identification.guesses.motion import driving_channels
@@ -28,23 +28,23 @@ _COARSE = 100
 """Steps of the first search for a channel's lateness, on either side."""
 
 
-def augmented(seen: Look, candidate: Candidate, weighed: Reestimated, *, progress: Progress = lambda line: None) -> Fitted:
+def augmented(scores: Scores, candidate: Candidate, weighed: Reestimated, *, progress: Progress = lambda line: None) -> Fitted:
     """The model with a candidate in it, fitted to the end, and anew where that is less likely than the model without, which it contains.
 
     Args:
-        seen: look in which the candidate was found.
+        scores: in which the candidate was found.
         candidate: an effect, or a free form with members.
         weighed: the model with it at first order, from which its fit starts; of a stop that says nothing.
         progress: called with a line in each round.
     """
     of_stop = candidate.members[0].probe.is_stop or candidate.members[0].does("stop")
-    begun = seen if of_stop else at_first_order(seen, weighed)
-    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, simpler=seen.fitted)
+    begun = scores if of_stop else at_first_order(scores, weighed)
+    return refitted(*extended(begun, candidate, weighed.strengths), begun.fitted, progress, simpler=scores.fitted)
 
 
-def at_first_order(seen: Look, weighed: Reestimated) -> Look:
-    """The look, its model at the estimate and with the variances that a candidate gives it at first order."""
-    return dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, at=weighed.at, variances=weighed.variances))
+def at_first_order(scores: Scores, weighed: Reestimated) -> Scores:
+    """The scores, their model at the estimate and with the variances that a candidate gives it at first order."""
+    return dataclasses.replace(scores, fitted=dataclasses.replace(scores.fitted, at=weighed.at, variances=weighed.variances))
 
 
 def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: Progress, *, simpler: Fitted | None = None) -> Fitted:
@@ -99,29 +99,29 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
     return dataclasses.replace(found, of_readings=beside.of_readings)
 
 
-def extended(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
+def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
     None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a lateness that
     the records show without a model: that motion followed channels of which one was late. A lateness that was `aligned` begins as it is,
     whatever its strength.
     """
-    whole, is_aligned = seen.fitted.problem.model_at(seen.fitted.at), _is_aligned(seen, candidate)
-    if is_aligned and is_shown_late(seen, candidate):
-        problem, _ = _with(seen.fitted, candidate.members)
+    whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
+    if is_aligned and is_shown_late(scores, candidate):
+        problem, _ = _with(scores.fitted, candidate.members)
         return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
     effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
-    problem, near = _with(seen.fitted, (*whole.effects, effect), own=own, states=_states(seen, effect))
+    problem, near = _with(scores.fitted, (*whole.effects, effect), own=own, states=_states(scores, effect))
     if not effect.does("stop"):
         return problem, near
-    begun = _from_loops(problem, effect, seen.scales)
+    begun = _from_loops(problem, effect, scores.scales)
     return begun, near if whole.has_stop or begun is problem else None
 
 
-def is_shown_late(seen: Look, candidate: Candidate) -> bool:
+def is_shown_late(scores: Scores, candidate: Candidate) -> bool:
     """Whether a candidate makes a channel late that is late by the records alone, in a model without other effects."""
-    late = _makes_late(candidate) and candidate.channel in seen.scales.lags
-    return late and not seen.fitted.problem.model.effects
+    late = _makes_late(candidate) and candidate.channel in scores.scales.lags
+    return late and not scores.fitted.problem.model.effects
 
 
 def _makes_late(candidate: Candidate) -> bool:
@@ -129,9 +129,9 @@ def _makes_late(candidate: Candidate) -> bool:
     return bool(candidate.channel) and candidate.members[0].does("lateness")
 
 
-def _is_aligned(seen: Look, candidate: Candidate) -> bool:
+def _is_aligned(scores: Scores, candidate: Candidate) -> bool:
     """Whether a candidate makes its channel late by more than a sample, at the end of the longest record: none is probed with as much."""
-    return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(seen.scales.latest)))) > seen.scales.sampling
+    return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(scores.scales.latest)))) > scores.scales.sampling
 
 
 def _moved_back(record: Record, effect: AbstractEffect) -> Record:
@@ -143,7 +143,7 @@ def _moved_back(record: Record, effect: AbstractEffect) -> Record:
     return dataclasses.replace(record, channels={**record.channels, channel: np.interp(at, record.time, record.channels[channel])})
 
 
-def aligned(seen: Look, scored: Scored) -> Scored:
+def aligned(scores: Scores, scored: Scored) -> Scored:
     """A candidate that makes a channel late, at the lateness by which the channel agrees best; others, and up to a sample, as they are.
 
     A derivative shows no way to a delay longer than an impact. Where there are impacts, or the records show without a model that the
@@ -151,49 +151,49 @@ def aligned(seen: Look, scored: Scored) -> Scored:
     a sampling interval about the best. The channel is compared with the others if they show that it is late, else with the estimated
     motion.
     """
-    candidate, problem = scored.candidate, seen.fitted.problem
-    if not _makes_late(candidate) or not (seen.scales.force > 0 or candidate.channel in seen.scales.lags):
+    candidate, problem = scored.candidate, scores.fitted.problem
+    if not _makes_late(candidate) or not (scores.scales.force > 0 or candidate.channel in scores.scales.lags):
         return scored
-    effect, records = candidate.members[0], _with_sensor(seen, candidate.channel)
-    last = float(effect.lateness(jnp.asarray(seen.scales.latest)))
+    effect, records = candidate.members[0], _with_sensor(scores, candidate.channel)
+    last = float(effect.lateness(jnp.asarray(scores.scales.latest)))
     if not records or not last:
         return scored
-    shown = candidate.channel in seen.scales.lags
-    misfit = misalignment(records, candidate.channel) if shown else _off_course(seen, records, candidate.channel)
+    shown = candidate.channel in scores.scales.lags
+    misfit = misalignment(records, candidate.channel) if shown else _off_course(scores, records, candidate.channel)
 
     def at(factor: float) -> float:
         return misfit(lambda t: factor * np.asarray(effect.lateness(jnp.asarray(t))))
 
-    step, count = 0.5 * seen.scales.sampling / last, int(LONGEST / (0.5 * seen.scales.sampling))
+    step, count = 0.5 * scores.scales.sampling / last, int(LONGEST / (0.5 * scores.scales.sampling))
     coarse = max(1, count // _COARSE)
     rough = min(step * coarse * np.arange(-(count // coarse), count // coarse + 1), key=at)
     best = effect.scaled(min([0.0, *(rough + step * np.arange(1 - coarse, coarse))], key=at))
     changed = dataclasses.replace(candidate, members=(best,))
-    if not _is_aligned(seen, changed):
+    if not _is_aligned(scores, changed):
         return scored
-    found = signals(seen.courses, problem.chains, [best])
+    found = signals(scores.courses, problem.chains, [best])
     return dataclasses.replace(scored, candidate=dataclasses.replace(changed, signals=tuple(found)))
 
 
-def misalignment_of(seen: Look, candidate: Candidate) -> float:
+def misalignment_of(scores: Scores, candidate: Candidate) -> float:
     """`misalignment` of a channel that the records show to be late, moved back as a candidate says; 0 for other candidates."""
-    if not is_shown_late(seen, candidate):
+    if not is_shown_late(scores, candidate):
         return 0.0
     effect, channel = candidate.members[0], candidate.channel
-    return misalignment(_with_sensor(seen, channel), channel)(lambda t: np.asarray(effect.lateness(jnp.asarray(t))))
+    return misalignment(_with_sensor(scores, channel), channel)(lambda t: np.asarray(effect.lateness(jnp.asarray(t))))
 
 
-def _with_sensor(seen: Look, channel: str) -> list[Record]:
+def _with_sensor(scores: Scores, channel: str) -> list[Record]:
     """Records in which a channel is a sensor's."""
-    return [r for r in seen.fitted.problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
+    return [r for r in scores.fitted.problem.experiment.records if channel in r.channels and channel not in driving_channels(r)]
 
 
-def _off_course(seen: Look, records: list[Record], channel: str) -> Callable[[Lateness], float]:
+def _off_course(scores: Scores, records: list[Record], channel: str) -> Callable[[Lateness], float]:
     """Function of a lateness: mean squared error of a channel beside the estimated motion, over that of the noise.
 
     Infinite where a lateness leaves less than half of the readings to compare.
     """
-    shown = {record.file: course for record, course in zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)}
+    shown = {record.file: course for record, course in zip(scores.fitted.problem.experiment.records, scores.courses, strict=True)}
     values = [np.asarray(shown[record.file].readings[channel])[: len(record.time)] for record in records]
 
     def of(lateness: Lateness) -> float:
@@ -234,12 +234,12 @@ def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str
     return remodelled(problem, problem.start, model, **begin), remodelled(problem, fitted.at, model, **begin).start
 
 
-def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
+def learned(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
     """The problem with a free form in the model, and its estimate by the model without; None for the stop's path."""
     form = candidate.form
     if candidate.members:
         effect, own = strengthened(candidate.members, strengths)
-        return _with(seen.fitted, (*seen.fitted.problem.model_at(seen.fitted.at).effects, effect), own=own)
+        return _with(scores.fitted, (*scores.fitted.problem.model_at(scores.fitted.at).effects, effect), own=own)
     if form is None or form.quantity == "stop":
         return None
     knots = np.unique(form.columns[:, 0])
@@ -251,7 +251,7 @@ def learned(seen: Look, candidate: Candidate, strengths: np.ndarray) -> tuple[Pr
         scales=(form.size,) * len(strengths),
         **{f"c{k}": float(form.size * strength) for k, strength in enumerate(strengths, start=1)},
     )
-    return _with(seen.fitted, (*seen.fitted.problem.model_at(seen.fitted.at).effects, effect))
+    return _with(scores.fitted, (*scores.fitted.problem.model_at(scores.fitted.at).effects, effect))
 
 
 def without(fitted: Fitted, name: str) -> tuple[Problem, Estimate]:
@@ -275,14 +275,14 @@ def strengthened(members: tuple[AbstractEffect, ...], strengths: np.ndarray) -> 
     return (scaled[0].probe.joined(scaled) if len(scaled) > 1 else scaled[0]), {}
 
 
-def _states(seen: Look, effect: AbstractEffect) -> dict[str, np.ndarray]:
+def _states(scores: Scores, effect: AbstractEffect) -> dict[str, np.ndarray]:
     """The effect's own states at the knots, from rest at the start of every record, along the estimated motion."""
     if not effect.own_states:
         return {}
-    chains = seen.fitted.problem.chains
+    chains = scores.fitted.problem.chains
     stacked = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64)[None], effect)
     found = np.zeros((chains.knot_count, len(effect.own_states)))
-    for knots, course in zip(chains.knots, seen.courses, strict=True):
+    for knots, course in zip(chains.knots, scores.courses, strict=True):
         own = own_states(stacked, [effect], course)[0]
         kept = np.asarray(effect.memory(course.readings, effect.read(course.readings, course.motion, own), own))
         rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)

@@ -24,8 +24,8 @@ from identification.diagnosis.diagnosis import (
 from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
 from identification.diagnosis.left_out import LeftOut
 from identification.diagnosis.location import locate
-from identification.diagnosis.look import Look, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, look
 from identification.diagnosis.next_experiment import Cause, next_experiment
+from identification.diagnosis.scores import Scores, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, score_all
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, is_twin, search
 from identification.diagnosis.sentences import sentences
 from identification.estimation.parameters import between_records, estimates, sensor_errors, uncertainty, unrest
@@ -102,7 +102,7 @@ def diagnose_experiment(
     course.clock.lap("nominal")
     judge = Judge(experiment)
     found = search(nominal, among, terms=terms, judge=judge, progress=course.within_budget)
-    last = look(found.final, among, terms) if found.last is None else found.last.look
+    last = score_all(found.final, among, terms) if found.last is None else found.last.scores
     course.clock.lap("search")
     progress("predicting what was left out")
     found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
@@ -131,21 +131,21 @@ class _Weighed(NamedTuple):
     dropped: tuple[str, ...] = ()
 
 
-def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Weighed:
+def _supported(found: Search, last: Scores, judge: Judge, course: _Course) -> _Weighed:
     """The search, without its last effects where only those are not asserted; whole where its first one is not."""
     whole, dropped, lesser = None, (), found
     try:
         whole = tried = _weigh(found, last, judge, course.within_budget)
         while tried.search.steps[1:] and any(tried.reasons.values()):
             step, names = tried.search.steps[-1], [one.alternatives[0].name for one in tried.search.steps[:-1]]
-            if [effect.name for effect in step.look.fitted.problem.model.effects] != names:
+            if [effect.name for effect in step.scores.fitted.problem.model.effects] != names:
                 break
             name = step.alternatives[0].name
             reason = tried.reasons[name] or "the effects beside it are not asserted"
             dropped = (f"{name} was taken in and left out again: {reason}", *dropped)
             kept = tuple(dataclasses.replace(one, beside_later=()) for one in tried.search.steps[:-1])
-            lesser = dataclasses.replace(lesser, final=step.look.fitted, steps=kept, last=step)
-            tried = _weigh(lesser, step.look, judge, course.within_budget)
+            lesser = dataclasses.replace(lesser, final=step.scores.fitted, steps=kept, last=step)
+            tried = _weigh(lesser, step.scores, judge, course.within_budget)
     except OutOfBudgetError:
         reasons = {step.alternatives[0].name: _TIME for step in found.steps}
         whole = whole or _Weighed(search=found, left=_free(last), forms=len(last.free), form=None, reasons=reasons)
@@ -153,7 +153,7 @@ def _supported(found: Search, last: Look, judge: Judge, course: _Course) -> _Wei
     return whole if any(tried.reasons.values()) else tried._replace(dropped=dropped)
 
 
-def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weighed:
+def _weigh(found: Search, last: Scores, judge: Judge, progress: Progress) -> _Weighed:
     """Free forms beside the last model of a search, and why its effects are not asserted, else those that were refused."""
     forms = len(last.free)
     against, left, form = _with_prediction(_free(last), forms, last, found.final, judge, progress)
@@ -165,11 +165,11 @@ def _weigh(found: Search, last: Look, judge: Judge, progress: Progress) -> _Weig
     return _Weighed(search=found, left=left, forms=forms, form=form, reasons=taken or refused)
 
 
-def _free(seen: Look) -> Free:
+def _free(scores: Scores) -> Free:
     """The best free forms beside a model, all variances estimated anew."""
-    forms = [one for place, one in enumerate(seen.free) if place < _FORMS or one.candidate.members]
-    weighed = all_weighed_anew(seen, forms)
-    found = [(one, anew, seen.deviance - anew.deviance) for one, anew in zip(forms, weighed, strict=True) if anew is not None]
+    forms = [one for place, one in enumerate(scores.free) if place < _FORMS or one.candidate.members]
+    weighed = all_weighed_anew(scores, forms)
+    found = [(one, anew, scores.deviance - anew.deviance) for one, anew in zip(forms, weighed, strict=True) if anew is not None]
     return tuple(sorted(found, key=lambda one: -one[2]))
 
 
@@ -204,7 +204,7 @@ def _is_unexplained(left: Free, forms: int) -> bool:
 
 
 def _with_prediction(
-    left: Free, forms: int, last: Look, final: Fitted, judge: Judge, progress: Progress
+    left: Free, forms: int, last: Scores, final: Fitted, judge: Judge, progress: Progress
 ) -> tuple[Free, Free, tuple[LeftOut, str] | None]:
     """The free forms by what they hold against an effect, and by what they explain; the best fitted model with one, with its formula.
 
@@ -372,7 +372,7 @@ def _rivals(alternatives: Sequence[Alternative]) -> list[Alternative]:
 
 def _probability(step: Step) -> float:
     """Weight exp(-BIC / 2) of the best among the alternatives of its step, times 1 - chance."""
-    best, samples = step.alternatives[0], step.look.fitted.local.samples
+    best, samples = step.alternatives[0], step.scores.fitted.local.samples
     lowest = best.criterion(samples)
     weights = {id(one): float(np.exp(-0.5 * np.clip(one.criterion(samples) - lowest, 0.0, 1400.0))) for one in _rivals(step.alternatives)}
     mine = sum(weights[id(one)] for one in _rivals(step.alternatives) if one.name == best.name)
@@ -382,7 +382,7 @@ def _probability(step: Step) -> float:
 def _twins(step: Step) -> list[Alternative]:
     """Effects that the records cannot separate from the best: chance alone could have put these first, beside later effects if any."""
     best, *others = _rivals(step.beside_later or step.alternatives)
-    return [one for one in others if one.name != best.name and is_twin(one, best, step.look.fitted.local.samples)]
+    return [one for one in others if one.name != best.name and is_twin(one, best, step.scores.fitted.local.samples)]
 
 
 def _next_experiment(experiment: Experiment, found: Search, twins: dict[str, list[Alternative]], side: Side) -> str:
@@ -398,13 +398,13 @@ def _considered(found: Search) -> tuple[Considered, ...]:
     """All candidates by step and decreasing score, with what came of those that were weighed anew or fitted."""
     rows = []
     for step in (*found.steps, *([found.last] if found.last is not None else [])):
-        samples = step.look.fitted.local.samples
+        samples = step.scores.fitted.local.samples
         weighed = [one for one in (*step.alternatives, *step.refused) if one.fitted_gain >= 0.0]  # less is a fit that failed
         tried = {one.candidate.key: one for one in weighed}
         lowest = min((one.criterion(samples) for one in tried.values()), default=0.0)
-        beside = tuple(effect.name for effect in step.look.fitted.problem.model.effects)
-        fitted_forms = [one for one in step.look.free if one.candidate.members]
-        for key, scored in best_of_each([*step.look.listed, *fitted_forms]).items():
+        beside = tuple(effect.name for effect in step.scores.fitted.problem.model.effects)
+        fitted_forms = [one for one in step.scores.free if one.candidate.members]
+        for key, scored in best_of_each([*step.scores.listed, *fitted_forms]).items():
             one = tried.get(key)
             degrees = int(scored.known.sum()) or 1
             rows.append(
@@ -412,7 +412,7 @@ def _considered(found: Search) -> tuple[Considered, ...]:
                     name=scored.candidate.name,
                     detail=detail(scored.candidate),
                     gain=scored.gain,
-                    chance=chance(scored.gain, degrees, len(step.look.listed)),
+                    chance=chance(scored.gain, degrees, len(step.scores.listed)),
                     drop=None if one is None else one.fitted_gain,
                     bic=None if one is None else one.criterion(samples) - lowest,
                     held_out=one.held_back if one is not None and one.held_back else None,

@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.diagnosis.decide import Evidence, decide
 from identification.diagnosis.left_out import LeftOut, left_out
-from identification.diagnosis.look import Scored
+from identification.diagnosis.scores import Scored
 from identification.diagnosis.search import Alternative
 from identification.experiment import Experiment
 from identification.trajectory.additions import Reestimated

@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.diagnosis.diagnosis import Location, Profile
 from identification.diagnosis.free_forms import Form
-from identification.diagnosis.look import Look, Scored
+from identification.diagnosis.scores import Scored, Scores
 from identification.result.result import RecordFit
 from identification.trajectory.additions import Reestimated
 from identification.wording.names import coordinate_label, spoken
@@ -30,11 +30,11 @@ _PHASES = {"all": "runs through the whole motion", "free flight": "sits in free 
 Weighed = tuple[Scored, Reestimated, float]
 
 
-def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], named: AbstractEffect | None) -> Location:
+def locate(scores: Scores, records: tuple[RecordFit, ...], free: Sequence[Weighed], named: AbstractEffect | None) -> Location:
     """Location of what the nominal model leaves out.
 
     Args:
-        seen: look beside the nominal model.
+        scores: beside the nominal model.
         records: with the predictions of the nominal model.
         free: free forms with all variances estimated anew, and their gains.
         named: asserted effect, whose record and instant replace those found; None where there is none.
@@ -43,7 +43,7 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
     ranked = sorted(free, key=lambda one: -(_OF_TWO if _by_direction(one[0]) else 1.0) * one[2])
     gains = [max(one[2], 0.0) for one in ranked]
     profiles = tuple(
-        _profile(seen, scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
+        _profile(scores, scored, weighed, gain / max(max(gains), 1e-300)) for (scored, weighed, _), gain in zip(ranked, gains, strict=True)
     )
     best = profiles[0]
     record = named.record if named is not None else None
@@ -56,7 +56,7 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
     elif form.quantity in channels:
         channel = form.quantity
     coordinate, interval = best.coordinate, _interval(best)
-    phase = _phase(seen, ranked[0])
+    phase = _phase(scores, ranked[0])
     if instant is not None and record is not None:
         last = next(one.time[-1] for one in records if one.file == record)
         coordinate, interval = "time", (instant, float(last))
@@ -71,8 +71,8 @@ def locate(seen: Look, records: tuple[RecordFit, ...], free: Sequence[Weighed], 
         "record": record,
         "profiles": profiles,
         "maps": {
-            one.file: _map(one, read.excitation_frequency or seen.scales.f_n)
-            for one, read in zip(records, seen.fitted.problem.experiment.records, strict=True)
+            one.file: _map(one, read.excitation_frequency or scores.scales.f_n)
+            for one, read in zip(records, scores.fitted.problem.experiment.records, strict=True)
         },
     }
     return Location(sentence=_sentence(best, channel, by_record, phase, coordinate, interval, record, instant), **found)
@@ -101,7 +101,7 @@ def _by_direction(scored: Scored) -> bool:
     return form is not None and form.quantity == "force" and bool((form.columns[:, 1] != 0).any())
 
 
-def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float) -> Profile:
+def _profile(scores: Scores, scored: Scored, weighed: Reestimated, explained: float) -> Profile:
     """What is missing along a coordinate: the free form's values at its knots, those left out that the records say nothing of.
 
     Of one over both directions the mean, or half the difference where that is larger: a force that turns with the motion. Of paths in
@@ -110,7 +110,7 @@ def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float)
     form = scored.candidate.form
     assert form is not None
     if form.coordinate == "frequency":
-        return _line(seen, form, weighed, explained)
+        return _line(scores, form, weighed, explained)
     variance = np.diag(weighed.covariance)
     known = (variance > 0.0) | ~variance.any()
     knots, precision = np.unique(form.columns[known, 0]), 1.0 / np.where(known, variance, 1.0)
@@ -136,13 +136,13 @@ def _profile(seen: Look, scored: Scored, weighed: Reestimated, explained: float)
     )
 
 
-def _line(seen: Look, form: Form, weighed: Reestimated, explained: float) -> Profile:
+def _line(scores: Scores, form: Form, weighed: Reestimated, explained: float) -> Profile:
     """A vibration: spectrum of the smoothed random force, rms over all records, in the size that is estimated at the form's frequency."""
     square = float(weighed.strengths @ weighed.strengths)
     size = form.size * np.sqrt(square / len(weighed.strengths))
     slope = form.size * weighed.strengths / np.sqrt(max(square, 1e-300) * len(weighed.strengths))
-    chains, force, hz = seen.fitted.problem.chains, seen.fitted.at.force, float(form.knots[0])
-    longest = max(record.time[-1] - record.time[0] for record in seen.fitted.problem.experiment.records)
+    chains, force, hz = scores.fitted.problem.chains, scores.fitted.at.force, float(form.knots[0])
+    longest = max(record.time[-1] - record.time[0] for record in scores.fitted.problem.experiment.records)
     beside = 20  # frequencies on either side at which the spectrum is shown, half a period of the longest record apart
     frequencies = hz + np.arange(-beside, beside + 1) / (2.0 * longest)
     power = np.zeros(len(frequencies))
@@ -185,7 +185,7 @@ def _interval(best: Profile) -> tuple[float, float] | None:
     return None if width >= _MOST * (count - 1) else (float(edges[first]), float(edges[last + 1]))
 
 
-def _phase(seen: Look, best: Weighed) -> str:
+def _phase(scores: Scores, best: Weighed) -> str:
     """Whether what is missing acts in flight or in contact, by the square of its signal; a place of the stop acts in contact."""
     scored, weighed, _ = best
     form = scored.candidate.form
@@ -197,14 +197,14 @@ def _phase(seen: Look, best: Weighed) -> str:
     total = np.zeros_like(form.signals[0].force)
     for strength, signal in zip(weighed.strengths, form.signals, strict=True):
         total = total + strength * signal.force
-    chains = seen.fitted.problem.chains
+    chains = scores.fitted.problem.chains
     inside = outside = 0.0
-    for index, (record, course) in enumerate(zip(seen.fitted.problem.experiment.records, seen.courses, strict=True)):
+    for index, (record, course) in enumerate(zip(scores.fitted.problem.experiment.records, scores.courses, strict=True)):
         values = chains.series(index, total[:, :-1], len(record.time)) ** 2
         touching = np.asarray(course.motion.in_contact)[: len(record.time)]
         inside, outside = inside + float(values[touching].sum()), outside + float(values[~touching].sum())
     share = inside / max(inside + outside, 1e-300)
-    return "contact" if share > _MOST else "free flight" if share < 1.0 - _MOST and seen.scales.force > 0 else "all"
+    return "contact" if share > _MOST else "free flight" if share < 1.0 - _MOST and scores.scales.force > 0 else "all"
 
 
 def _map(record: RecordFit, hz: float, *, parts: int = 24) -> np.ndarray:

@@ -1,6 +1,7 @@
-"""Forward selection of effects: a look, the best few with variances estimated anew, the best of these refitted; until nothing is left.
+"""Forward selection of effects, one in each step, until no candidate is significant.
 
-A value in each record, of parameters in which the records contradict each other, competes with the effects.
+A step scores all candidates, estimates all variances anew with the best few of them, and refits the best of these. A value in each record,
+of parameters in which the records contradict each other, competes with the effects.
 """
 
 import dataclasses
@@ -11,9 +12,9 @@ import numpy as np
 
 from identification.diagnosis.augment import aligned, augmented, is_shown_late, misalignment_of, only_by_force, refitted, without
 from identification.diagnosis.decide import LEVEL
-from identification.diagnosis.look import Candidate, Look, Scored, all_weighed_anew, best_of_each, hides_the_order, look
 from identification.diagnosis.next_experiment import Cause
 from identification.diagnosis.scatter import contradicted, gain_of_values, if_still_needed, with_values
+from identification.diagnosis.scores import Candidate, Scored, Scores, all_weighed_anew, best_of_each, hides_the_order, score_all
 from identification.estimation.parameters import variations
 from identification.result.evidence import chance
 from identification.trajectory.additions import Reestimated
@@ -23,7 +24,7 @@ from vibrojax.effects.formula import Formula
 from vibrojax.errors import NoConvergenceError
 
 _WEIGHED = 6
-"""Candidates of a look of which the variances are estimated anew, at most."""
+"""Candidates with which all variances are estimated anew in one step, at most."""
 _WORTH_WEIGHING = 0.05
 """Score over the best one, from which a candidate is weighed: while physics is missing, scores are up to six times too small."""
 _WORTH_FITTING = 0.05
@@ -106,17 +107,17 @@ class Alternative:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Step:
-    """A look beside one model, and what came of its candidates.
+    """Candidates scored beside one model, and what came of them.
 
     Attributes:
-        look: beside the model.
+        scores: beside the model.
         alternatives: that may be taken in, the best first; the first one is, where its gain is significant.
         refused: that were fitted and are significant, and were not taken in.
         finished: whether every candidate that could be the best was fitted.
         beside_later: alternatives to the first one beside the effects that were taken in after it; empty where it was not asked again.
     """
 
-    look: Look
+    scores: Scores
     alternatives: tuple[Alternative, ...]
     refused: tuple[Alternative, ...] = ()
     finished: bool = True
@@ -133,7 +134,7 @@ class Search:
         steps: by effect taken in, in order.
         last: step beside the final model, in which no effect was taken in.
         finished: whether it came to its end before its budget did.
-        first: look beside the nominal model.
+        first: scores beside the nominal model.
     """
 
     nominal: Fitted
@@ -141,7 +142,7 @@ class Search:
     steps: tuple[Step, ...]
     last: Step | None
     finished: bool
-    first: Look | None = None
+    first: Scores | None = None
 
 
 def search(
@@ -190,7 +191,7 @@ def _before_the_error_rose(found: Search) -> tuple[Search, float] | None:
     for place, step in enumerate(found.steps):
         errors = step.alternatives[0].errors
         if errors is not None and step.alternatives[0].raises_error:
-            return dataclasses.replace(found, final=step.look.fitted, steps=found.steps[:place], last=None), errors[0]
+            return dataclasses.replace(found, final=step.scores.fitted, steps=found.steps[:place], last=None), errors[0]
     return None
 
 
@@ -201,15 +202,15 @@ def _forward(
     try:
         while len(found.steps) < MOST_EFFECTS and found.last is None and found.finished:
             progress(f"scoring all candidates{_beside(found.final)}")
-            seen = look(found.final, among, terms)
-            found = found if found.steps else dataclasses.replace(found, first=seen)
-            weighed, names = _weighed(seen), contradicted(found.final)
-            if names and _says_more(seen, names, weighed):
+            scores = score_all(found.final, among, terms)
+            found = found if found.steps else dataclasses.replace(found, first=scores)
+            weighed, names = _weighed(scores), contradicted(found.final)
+            if names and _says_more(scores, names, weighed):
                 if (varied := with_values(found.final, names, progress)) is not None:
                     found = _beside_values(found, varied)
                     continue
                 names = ()
-            step = _step(seen, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
+            step = _step(scores, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
             taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
             if taken is not None and step.alternatives[0].candidate.form is None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
@@ -242,16 +243,16 @@ def is_twin(one: Alternative, best: Alternative, samples: int) -> bool:
     return bool(one.criterion(samples) - best.criterion(samples) < -2.0 * np.log(LEVEL))
 
 
-def _says_more(seen: Look, names: tuple[str, ...], weighed: list[tuple[Alternative, Reestimated]]) -> bool:
+def _says_more(scores: Scores, names: tuple[str, ...], weighed: list[tuple[Alternative, Reestimated]]) -> bool:
     """Whether a value of some parameters in each record says more than every candidate, by the information criterion at first order."""
-    samples = seen.fitted.local.samples
-    gain, degrees = gain_of_values(seen.fitted, names)
+    samples = scores.fitted.local.samples
+    gain, degrees = gain_of_values(scores.fitted, names)
     best = min((one.criterion(samples) for one, _ in weighed), default=0.0)
     return chance(gain, degrees, 1) < LEVEL and bool(degrees * np.log(samples) - gain < best)
 
 
 def _step(
-    seen: Look,
+    scores: Scores,
     found: list[tuple[Alternative, Reestimated]],
     judge: Judging,
     progress: Progress,
@@ -262,45 +263,45 @@ def _step(
     """Refit the candidates, weighed anew, that may be the best, until one of these is taken in; `known` are fitted already."""
     finished, fitted_before = True, list(known)
     found = [pair for pair in found if all(pair[0].candidate.key != one.candidate.key for one in known)]
-    hidden = was_hidden = bool(found) and hides_the_order(seen.fitted, found[0][1].variances)
-    waiting = [pair for pair in found if _is_worth_fitting(seen, pair[0], hidden)]
+    hidden = was_hidden = bool(found) and hides_the_order(scores.fitted, found[0][1].variances)
+    waiting = [pair for pair in found if _is_worth_fitting(scores, pair[0], hidden)]
     if hidden:
-        waiting.sort(key=lambda pair: (not _is_shown(seen, pair[0].candidate), misalignment_of(seen, pair[0].candidate)))
-    samples = seen.fitted.local.samples
+        waiting.sort(key=lambda pair: (not _is_shown(scores, pair[0].candidate), misalignment_of(scores, pair[0].candidate)))
+    samples = scores.fitted.local.samples
     asked: list[Alternative] = []
     while (waiting or fitted_before) and finished and not any(_is_taken(one) for one in asked):
         tried, fitted_before = fitted_before, []
         hidden = hidden and all(_still_hides(other.fitted) for other in tried)
-        waiting = [pair for pair in waiting if _is_worth_fitting(seen, pair[0], hidden)]
+        waiting = [pair for pair in waiting if _is_worth_fitting(scores, pair[0], hidden)]
         try:
             for one, weighed in list(waiting):
                 best = max((other.gain if was_hidden else max(other.gain, other.best) for other in tried), default=0.0)
                 contained = {name for other in tried for name in other.candidate.members[0].special_cases}
-                if is_shown_late(seen, one.candidate):  # of two channels either may be the late one
+                if is_shown_late(scores, one.candidate):  # of two channels either may be the late one
                     contained |= {other.name for other in tried}
                 if not hidden and one.gain < 0.5 * best and one.name not in contained:
                     continue
                 waiting.remove((one, weighed))
                 if not _special_case_is_as_good(one, [*known, *(other for other, _ in found)], asked, samples):
-                    progress(f"fitting the model with {one.name}{_beside(seen.fitted)}")
-                    tried += _refitted(seen, one, weighed, progress)
+                    progress(f"fitting the model with {one.name}{_beside(scores.fitted)}")
+                    tried += _refitted(scores, one, weighed, progress)
                 hidden = hidden and all(_still_hides(other.fitted) for other in tried)
         except OutOfBudgetError:
             finished = False
-        asked += _judged(seen.fitted, tried, judge, samples, no_worse_than)
+        asked += _judged(scores.fitted, tried, judge, samples, no_worse_than)
     asked.sort(key=_is_taken, reverse=True)
     refused = [one for one in asked if one.refused and is_significant(one)]
     kept = [one for one in asked if not any(one is other for other in refused)]
     done = {one.candidate.key for one in asked}
     others = [one for one, _ in found if one.candidate.key not in done]
     without_equations = [tuple(map(_without_equations, part)) for part in (kept[1:], refused)]
-    return Step(look=seen, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
+    return Step(scores=scores, alternatives=(*kept[:1], *without_equations[0], *others), refused=without_equations[1], finished=finished)
 
 
-def _is_worth_fitting(seen: Look, one: Alternative, hidden: bool) -> bool:
+def _is_worth_fitting(scores: Scores, one: Alternative, hidden: bool) -> bool:
     """Whether chance hardly gives the gain at first order, or that says little: where gains do not order candidates, of some of these."""
     likely = chance(one.best, one.degrees, one.tried) < _WORTH_FITTING
-    return likely or (hidden and (_is_stop(one.candidate) or _is_shown(seen, one.candidate)))
+    return likely or (hidden and (_is_stop(one.candidate) or _is_shown(scores, one.candidate)))
 
 
 def _without_equations(one: Alternative) -> Alternative:
@@ -336,18 +337,18 @@ def _is_taken(one: Alternative) -> bool:
     return not one.refused and is_significant(one)
 
 
-def _weighed(seen: Look) -> list[tuple[Alternative, Reestimated]]:
+def _weighed(scores: Scores) -> list[tuple[Alternative, Reestimated]]:
     """The best candidates with all variances estimated anew, by decreasing gain; what the records show counts even where it cannot be."""
-    shortlist, found = [aligned(seen, one) for one in _shortlist(seen)], []
-    for scored, weighed in zip(shortlist, all_weighed_anew(seen, shortlist), strict=True):
-        weighed = weighed or (seen.alone if _is_shown(seen, scored.candidate) else None)
+    shortlist, found = [aligned(scores, one) for one in _shortlist(scores)], []
+    for scored, weighed in zip(shortlist, all_weighed_anew(scores, shortlist), strict=True):
+        weighed = weighed or (scores.alone if _is_shown(scores, scored.candidate) else None)
         if weighed is None:
             continue
         one = Alternative(
             candidate=scored.candidate,
-            gain=seen.deviance - weighed.deviance,
-            degrees=_numbers(scored.candidate, len(seen.fitted.problem.chains.knots)),
-            tried=scored.candidate.members[0].probe.tried(seen.scales, len(seen.listed)),
+            gain=scores.deviance - weighed.deviance,
+            degrees=_numbers(scored.candidate, len(scores.fitted.problem.chains.knots)),
+            tried=scored.candidate.members[0].probe.tried(scores.scales, len(scores.listed)),
         )
         found.append((one, weighed))
     return sorted(found, key=lambda pair: -pair[0].gain)
@@ -371,14 +372,14 @@ def _ranked(tried: list[Alternative], samples: int) -> list[Alternative]:
     return ranked
 
 
-def _refitted(seen: Look, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
+def _refitted(scores: Scores, one: Alternative, weighed: Reestimated, progress: Progress) -> list[Alternative]:
     """An alternative with its model iterated to the end; none where no such model can be fitted."""
     try:
-        fitted = augmented(seen, one.candidate, weighed, progress=progress)
+        fitted = augmented(scores, one.candidate, weighed, progress=progress)
     except (np.linalg.LinAlgError, NoConvergenceError):  # a wrong effect may leave no model that can be integrated
         return []
-    drop = seen.fitted.deviance - fitted.deviance
-    return [dataclasses.replace(one, fitted=fitted, drop=min(drop, 0.0) if only_by_force(fitted, seen.fitted) else drop)]
+    drop = scores.fitted.deviance - fitted.deviance
+    return [dataclasses.replace(one, fitted=fitted, drop=min(drop, 0.0) if only_by_force(fitted, scores.fitted) else drop)]
 
 
 def _numbers(candidate: Candidate, records: int) -> int:
@@ -387,15 +388,15 @@ def _numbers(candidate: Candidate, records: int) -> int:
     return sum(records if p.per_record else 1 for p in parameters)
 
 
-def _shortlist(seen: Look) -> list[Scored]:
+def _shortlist(scores: Scores) -> list[Scored]:
     """The best of each kind by score; where scores do not order, also stops, and what the records show without a model.
 
     A free form that may be fitted as an effect is one of them: an effect that comes close to it is not the cause.
     """
-    best = list(best_of_each([*seen.listed, *(one for one in seen.free if one.candidate.members)]).values())
+    best = list(best_of_each([*scores.listed, *(one for one in scores.free if one.candidate.members)]).values())
     chosen = [one for one in best[:_WEIGHED] if one.gain > _WORTH_WEIGHING * best[0].gain]
-    if hides_the_order(seen.fitted, seen.fitted.variances):
-        shown = best_of_each([one for one in seen.listed if _is_shown(seen, one.candidate)])
+    if hides_the_order(scores.fitted, scores.fitted.variances):
+        shown = best_of_each([one for one in scores.listed if _is_shown(scores, one.candidate)])
         stops = [one for one in best if _is_stop(one.candidate) and one.gain > 0.0]
         chosen = list(({one.candidate.key: one for one in (*chosen, *stops)} | shown).values())
     return chosen
@@ -406,7 +407,7 @@ def _is_stop(candidate: Candidate) -> bool:
     return bool(candidate.members) and (candidate.members[0].probe.is_stop or candidate.members[0].does("stop"))
 
 
-def _is_shown(seen: Look, candidate: Candidate) -> bool:
+def _is_shown(scores: Scores, candidate: Candidate) -> bool:
     """Whether the records show a candidate without a fitted model.
 
     So are a stop that the model lacks, a change of its law by the loops of force over indentation, and what makes a channel late that
@@ -416,8 +417,8 @@ def _is_shown(seen: Look, candidate: Candidate) -> bool:
         return False
     effect = candidate.members[0]
     if effect.does("stop"):
-        return not seen.fitted.problem.model.has_stop or effect.name in seen.in_loops
-    return candidate.channel in seen.scales.lags and effect.does("lateness")
+        return not scores.fitted.problem.model.has_stop or effect.name in scores.in_loops
+    return candidate.channel in scores.scales.lags and effect.does("lateness")
 
 
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
@@ -444,15 +445,15 @@ def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], jud
             final, steps = lesser, [other for other in steps if other is not step]
             continue
         progress(f"scoring what may act in place of {one.name}")
-        seen = look(lesser, among, terms)
-        best = _step(seen, _weighed(seen), judge, progress, known=(again,))
+        scores = score_all(lesser, among, terms)
+        best = _step(scores, _weighed(scores), judge, progress, known=(again,))
         if not best.finished:
             raise OutOfBudgetError
         winner = best.alternatives[0] if best.alternatives else again
-        if _is_taken(winner) and winner.candidate.form is not None and is_twin(winner, again, seen.fitted.local.samples):
+        if _is_taken(winner) and winner.candidate.form is not None and is_twin(winner, again, scores.fitted.local.samples):
             final, steps = lesser, [other for other in steps if other is not step]
             continue
-        if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, seen.fitted.local.samples):
+        if winner.fitted is None or winner.fitted is final or not is_twin(winner, again, scores.fitted.local.samples):
             asked_again = dataclasses.replace(step, beside_later=(_without_equations(again), *best.alternatives[1:]))
             steps = [asked_again if other is step else other for other in steps]
         elif _is_taken(winner):

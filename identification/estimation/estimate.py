@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from identification.diagnosis.augment import aligned, augmented
-from identification.diagnosis.look import known_effects, look, weighed_anew
+from identification.diagnosis.scores import known_effects, score_all, weighed_anew
 from identification.estimation.held_back import held_back_chain, held_back_fits, rms_nrmse
 from identification.estimation.likelihood import posterior_sample, profiles
 from identification.estimation.parameters import (
@@ -152,16 +152,16 @@ def with_effects(nominal: Fitted, names: Sequence[str], *, terms: Sequence[Formu
     found, possibilities, places = nominal, 1, []
     for name in names:
         progress(f"choosing where {name} begins")
-        seen = look(found, [name], terms)
-        if not seen.listed:
+        scores = score_all(found, [name], terms)
+        if not scores.listed:
             channels = joined(list(found.problem.chains.channels))
             raise InputError(f"{name} has nothing to act on in these records, which hold {channels}: leave it out")
-        scored = aligned(seen, seen.listed[0])
+        scored = aligned(scores, scores.listed[0])
         best = scored.candidate
         places.append(best.channel or best.members[0].record or "")
-        possibilities *= known_effects(terms)[name].probe.tried(seen.scales, len(seen.listed))
+        possibilities *= known_effects(terms)[name].probe.tried(scores.scales, len(scores.listed))
         progress(f"fitting the model with {name}")
-        found = augmented(seen, best, weighed_anew(seen, scored), progress=progress)
+        found = augmented(scores, best, weighed_anew(scores, scored), progress=progress)
     gain = 0.5 * (nominal.deviance - found.deviance)
     numbers = max(_unknowns(found) - _unknowns(nominal), 1)
     return found, Added(

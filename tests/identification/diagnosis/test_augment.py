@@ -7,7 +7,7 @@ import pytest
 
 from identification.diagnosis import augment
 from identification.diagnosis.augment import extended, strengthened, without
-from identification.diagnosis.look import LARGE_PART, Candidate, Look, Scored
+from identification.diagnosis.scores import LARGE_PART, Candidate, Scored, Scores
 from identification.estimation import estimate
 from identification.trajectory.start import begun_from, problem_of
 from identification.trajectory.variances import LARGEST_FORCE
@@ -19,21 +19,21 @@ from vibrojax.effects import EFFECTS, BackStop, ClockDrift, TimeOffset
 from vibrojax.errors import NoConvergenceError
 
 
-def test_a_model_with_an_effect_begins_at_the_measured_trajectory_and_at_the_estimate_without_it(seen):
-    moved = dataclasses.replace(seen.fitted.at, states=1.01 * seen.fitted.at.states)
-    beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, at=moved))
-    problem, near = extended(beside, probed(seen, "quadratic_drag"), np.ones(1))
-    np.testing.assert_array_equal(problem.start.states, seen.fitted.problem.start.states)
+def test_a_model_with_an_effect_begins_at_the_measured_trajectory_and_at_the_estimate_without_it(scores):
+    moved = dataclasses.replace(scores.fitted.at, states=1.01 * scores.fitted.at.states)
+    beside = dataclasses.replace(scores, fitted=dataclasses.replace(scores.fitted, at=moved))
+    problem, near = extended(beside, probed(scores, "quadratic_drag"), np.ones(1))
+    np.testing.assert_array_equal(problem.start.states, scores.fitted.problem.start.states)
     np.testing.assert_array_equal(near.states, moved.states)
-    assert len(near.shared) == len(seen.fitted.at.shared) + 1
+    assert len(near.shared) == len(scores.fitted.at.shared) + 1
 
 
-def test_an_effect_that_is_left_out_leaves_the_measured_trajectory_as_it_was(seen):
-    problem, near = extended(seen, probed(seen, "quadratic_drag"), np.ones(1))
-    with_it = dataclasses.replace(seen.fitted, problem=problem, at=near)
+def test_an_effect_that_is_left_out_leaves_the_measured_trajectory_as_it_was(scores):
+    problem, near = extended(scores, probed(scores, "quadratic_drag"), np.ones(1))
+    with_it = dataclasses.replace(scores.fitted, problem=problem, at=near)
     again, estimate = without(with_it, "quadratic_drag")
-    np.testing.assert_array_equal(again.start.states, seen.fitted.problem.start.states)
-    np.testing.assert_allclose(estimate.shared, seen.fitted.at.shared, rtol=1e-12)
+    np.testing.assert_array_equal(again.start.states, scores.fitted.problem.start.states)
+    np.testing.assert_allclose(estimate.shared, scores.fitted.at.shared, rtol=1e-12)
 
 
 def test_a_stop_begins_at_its_place_whatever_its_first_order_says():
@@ -41,14 +41,16 @@ def test_a_stop_begins_at_its_place_whatever_its_first_order_says():
     assert strengthened((stop,), np.array([-0.3])) == (stop, {})
 
 
-def made_late(seen: Look, channel: str, lateness) -> Look:
-    """The look beside records of which one channel is late by a function of the time."""
-    problem, records = seen.fitted.problem, []
+def made_late(scores: Scores, channel: str, lateness) -> Scores:
+    """The scores beside records of which one channel is late by a function of the time."""
+    problem, records = scores.fitted.problem, []
     for record in problem.experiment.records:
         late = np.interp(record.time - lateness(record.time), record.time, record.channels[channel])
         records.append(dataclasses.replace(record, channels=record.channels | {channel: late}))
     experiment = dataclasses.replace(problem.experiment, records=tuple(records))
-    return dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=dataclasses.replace(problem, experiment=experiment)))
+    return dataclasses.replace(
+        scores, fitted=dataclasses.replace(scores.fitted, problem=dataclasses.replace(problem, experiment=experiment))
+    )
 
 
 def scored(candidate: Candidate) -> Scored:
@@ -56,62 +58,63 @@ def scored(candidate: Candidate) -> Scored:
 
 
 @pytest.mark.parametrize("delay", [3e-3, -7e-3])
-def test_a_late_channel_begins_where_it_follows_the_motion(seen, delay):
+def test_a_late_channel_begins_where_it_follows_the_motion(scores, delay):
     """From any first strength: impacts that have been shifted by more than they last give no slope towards it."""
-    candidate = probed(seen, "time_offset")
-    beside = made_late(seen, candidate.channel, lambda t: delay)
+    candidate = probed(scores, "time_offset")
+    beside = made_late(scores, candidate.channel, lambda t: delay)
     found = augment.aligned(beside, scored(candidate)).candidate
     _, near = extended(beside, found, np.array([0.3]))
-    assert near.shared[-1] == pytest.approx(delay, abs=seen.scales.sampling)
-    shift, course = found.signals[0].readings[candidate.channel], seen.courses[0]
+    assert near.shared[-1] == pytest.approx(delay, abs=scores.scales.sampling)
+    shift, course = found.signals[0].readings[candidate.channel], scores.courses[0]
     late = np.interp(course.motion.t - delay, course.motion.t, course.readings[candidate.channel]) - course.readings[candidate.channel]
-    assert np.std(shift[seen.fitted.problem.chains.of_record(0)]) == pytest.approx(float(np.std(late)), rel=0.1)
+    assert np.std(shift[scores.fitted.problem.chains.of_record(0)]) == pytest.approx(float(np.std(late)), rel=0.1)
 
 
-def test_a_clock_that_drifts_begins_where_the_channels_agree_whatever_the_fitted_motion(seen):
+def test_a_clock_that_drifts_begins_where_the_channels_agree_whatever_the_fitted_motion(scores):
     channel, ppm = "hammer_displacement", 5000.0
-    late = made_late(seen, channel, lambda t: 1e-6 * ppm * t)
+    late = made_late(scores, channel, lambda t: 1e-6 * ppm * t)
     courses = tuple(
-        dataclasses.replace(one, readings={name: np.zeros_like(np.asarray(x)) for name, x in one.readings.items()}) for one in seen.courses
+        dataclasses.replace(one, readings={name: np.zeros_like(np.asarray(x)) for name, x in one.readings.items()})
+        for one in scores.courses
     )
-    shown = dataclasses.replace(late, courses=courses, scales=dataclasses.replace(seen.scales, lags={channel: 2e-3}))
+    shown = dataclasses.replace(late, courses=courses, scales=dataclasses.replace(scores.scales, lags={channel: 2e-3}))
     effect = ClockDrift(drift_ppm=10.0, of_channel=channel)
     found = augment.aligned(shown, scored(Candidate(name="clock_drift", members=(effect,), signals=()))).candidate
-    step = 0.5e6 * seen.scales.sampling / seen.scales.latest  # ppm; half a sample at the end of the longest record
+    step = 0.5e6 * scores.scales.sampling / scores.scales.latest  # ppm; half a sample at the end of the longest record
     assert found.members[0].drift_ppm == pytest.approx(ppm, abs=2.0 * step)
     begun, near = extended(shown, found, np.ones(1))
     assert near is None
-    assert begun.values(begun.start)["k_i"] == pytest.approx(seen.fitted.problem.values(seen.fitted.problem.start)["k_i"], rel=0.1)
+    assert begun.values(begun.start)["k_i"] == pytest.approx(scores.fitted.problem.values(scores.fitted.problem.start)["k_i"], rel=0.1)
 
 
-def test_other_candidates_stay_as_they_are(seen):
-    one = scored(probed(seen, "quadratic_drag"))
-    assert augment.aligned(seen, one) is one
+def test_other_candidates_stay_as_they_are(scores):
+    one = scored(probed(scores, "quadratic_drag"))
+    assert augment.aligned(scores, one) is one
 
 
 @pytest.mark.parametrize("part", [0.2, -0.2])
-def test_a_delay_by_a_part_of_a_sample_begins_at_its_first_order(seen, part):
+def test_a_delay_by_a_part_of_a_sample_begins_at_its_first_order(scores, part):
     """Its derivative shows the way; the steps of the alignment are too coarse for it."""
-    one = scored(probed(seen, "time_offset"))
-    beside = made_late(seen, one.candidate.channel, lambda t: part * seen.scales.sampling)
+    one = scored(probed(scores, "time_offset"))
+    beside = made_late(scores, one.candidate.channel, lambda t: part * scores.scales.sampling)
     assert augment.aligned(beside, one) is one
     _, near = extended(beside, one.candidate, np.array([2.0 * part]))
-    assert near.shared[-1] == pytest.approx(part * seen.scales.sampling)
+    assert near.shared[-1] == pytest.approx(part * scores.scales.sampling)
 
 
-def test_a_channel_that_is_shown_to_be_late_is_aligned_without_impacts_in_the_model(seen):
+def test_a_channel_that_is_shown_to_be_late_is_aligned_without_impacts_in_the_model(scores):
     delay, channel = 5e-3, "hammer_displacement"
-    late = made_late(seen, channel, lambda t: delay)
-    shown = dataclasses.replace(late, scales=dataclasses.replace(seen.scales, force=0.0, lags={channel: delay}))
-    effect = TimeOffset(delay=0.5 * seen.scales.sampling, of_channel=channel)
+    late = made_late(scores, channel, lambda t: delay)
+    shown = dataclasses.replace(late, scales=dataclasses.replace(scores.scales, force=0.0, lags={channel: delay}))
+    effect = TimeOffset(delay=0.5 * scores.scales.sampling, of_channel=channel)
     one = scored(Candidate(name="time_offset", members=(effect,), signals=()))
-    assert augment.aligned(shown, one).candidate.members[0].delay == pytest.approx(delay, abs=seen.scales.sampling)
+    assert augment.aligned(shown, one).candidate.members[0].delay == pytest.approx(delay, abs=scores.scales.sampling)
     assert augment.misalignment_of(shown, augment.aligned(shown, one).candidate) < 2.0 * augment.misalignment_of(shown, one.candidate) < 0.0
 
 
-def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(seen):
+def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(scores):
     """Beside the motion that they show together, not beside that of a model which followed the late one."""
-    problem, delay, channel = seen.fitted.problem, 5e-3, "hammer_displacement"
+    problem, delay, channel = scores.fitted.problem, 5e-3, "hammer_displacement"
     late = tuple(
         dataclasses.replace(one, channels={**one.channels, channel: np.interp(one.time - delay, one.time, one.channels[channel])})
         for one in problem.experiment.records
@@ -120,9 +123,9 @@ def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(s
     effect = TimeOffset(delay=delay, of_channel=channel)
     candidate = Candidate(name="time_offset", members=(effect,), signals=())
     shown = dataclasses.replace(
-        seen,
-        fitted=dataclasses.replace(seen.fitted, problem=beside, at=beside.start),
-        scales=dataclasses.replace(seen.scales, lags={channel: delay}),
+        scores,
+        fitted=dataclasses.replace(scores.fitted, problem=beside, at=beside.start),
+        scales=dataclasses.replace(scores.scales, lags={channel: delay}),
     )
     found, near = extended(shown, candidate, np.ones(1))
     assert near is None
@@ -132,8 +135,8 @@ def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(s
     assert found.values(found.start)["k_i"] == pytest.approx(problem.values(problem.start)["k_i"], rel=0.05)
 
 
-def test_an_input_of_the_rig_stays_as_it_is(seen):
-    record = dataclasses.replace(seen.fitted.problem.experiment.records[1], base="measured")
+def test_an_input_of_the_rig_stays_as_it_is(scores):
+    record = dataclasses.replace(scores.fitted.problem.experiment.records[1], base="measured")
     moved = {name: augment._moved_back(record, TimeOffset(delay=5e-3, of_channel=name)) for name in record.channels}
     assert moved["cart_displacement"] is record
     assert not np.array_equal(moved["hammer_displacement"].channels["hammer_displacement"], record.channels["hammer_displacement"])
@@ -149,12 +152,12 @@ def test_a_problem_begun_from_its_own_records_begins_where_it_did(small, law):
         np.testing.assert_array_equal(getattr(again.start, name), getattr(problem.start, name))
 
 
-def test_a_missing_stop_begins_where_the_loops_of_force_over_indentation_show_it(small, seen):
+def test_a_missing_stop_begins_where_the_loops_of_force_over_indentation_show_it(small, scores):
     off = 3e-4
     nearer = tuple(dataclasses.replace(record, gap=record.gap - off) for record in small.records)
     problem = problem_of(dataclasses.replace(small, records=nearer), law="none")
-    scales = dataclasses.replace(seen.scales, law=NoContact())
-    beside = dataclasses.replace(seen, fitted=dataclasses.replace(seen.fitted, problem=problem, at=problem.start), scales=scales)
+    scales = dataclasses.replace(scores.scales, law=NoContact())
+    beside = dataclasses.replace(scores, fitted=dataclasses.replace(scores.fitted, problem=problem, at=problem.start), scales=scales)
     candidate = Candidate(name="missing_stop", members=(next(iter(EFFECTS["missing_stop"].probe.effects(scales))),), signals=())
     found, near = extended(beside, candidate, np.ones(1))
     begun, gap = found.values(found.start), found.unknowns.own.index("gap_error")
@@ -182,76 +185,76 @@ CASES = (
 
 
 @pytest.mark.parametrize(("near", "anew", "taken"), CASES)
-def test_the_likelier_of_the_fits_that_converged_is_taken(seen, monkeypatch, near, anew, taken):
+def test_the_likelier_of_the_fits_that_converged_is_taken(scores, monkeypatch, near, anew, taken):
     def fit(problem, *, at=None, **given):
         converged, deviance = near if at is not None else anew or (False, 0.0)
         if at is None and anew is None:
             raise NoConvergenceError("diverged")
-        solution = dataclasses.replace(seen.fitted.solution, deviance=deviance)
-        return dataclasses.replace(seen.fitted, solution=solution, converged=converged, rounds=1 if at is not None else 2)
+        solution = dataclasses.replace(scores.fitted.solution, deviance=deviance)
+        return dataclasses.replace(scores.fitted, solution=solution, converged=converged, rounds=1 if at is not None else 2)
 
     monkeypatch.setattr(augment, "fit", fit)
-    found = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None)
+    found = augment.refitted(scores.fitted.problem, scores.fitted.at, scores.fitted, lambda line: None)
     assert found.rounds == {"near": 1, "anew": 2}[taken]
 
 
-def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(seen, monkeypatch):
+def test_a_fit_that_is_as_likely_as_expected_is_not_repeated(scores, monkeypatch):
     begun = []
 
     def fit(problem, *, at=None, **given):
         begun.append(at is not None)
-        return dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=10.0))
+        return dataclasses.replace(scores.fitted, solution=dataclasses.replace(scores.fitted.solution, deviance=10.0))
 
     monkeypatch.setattr(augment, "fit", fit)
     for deviance, expected in ((11.0, [True]), (9.0, [True, True, False])):
-        simpler = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=deviance))
-        augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
+        simpler = dataclasses.replace(scores.fitted, solution=dataclasses.replace(scores.fitted.solution, deviance=deviance))
+        augment.refitted(scores.fitted.problem, scores.fitted.at, scores.fitted, lambda line: None, simpler=simpler)
         assert begun == expected
 
 
 @pytest.mark.parametrize(("part", "repeated"), [(0.5, False), (2.0, True)])
-def test_a_fit_that_leaves_much_random_is_repeated_however_likely(seen, monkeypatch, part, repeated):
-    force = dataclasses.replace(seen.fitted.variances.force, std=part * LARGE_PART * seen.fitted.problem.scales.force)
-    variances = dataclasses.replace(seen.fitted.variances, force=force)
+def test_a_fit_that_leaves_much_random_is_repeated_however_likely(scores, monkeypatch, part, repeated):
+    force = dataclasses.replace(scores.fitted.variances.force, std=part * LARGE_PART * scores.fitted.problem.scales.force)
+    variances = dataclasses.replace(scores.fitted.variances, force=force)
     begun = []
 
     def fit(problem, *, at=None, **given):
         begun.append(at is not None)
-        return dataclasses.replace(seen.fitted, variances=variances, solution=dataclasses.replace(seen.fitted.solution, deviance=10.0))
+        return dataclasses.replace(scores.fitted, variances=variances, solution=dataclasses.replace(scores.fitted.solution, deviance=10.0))
 
     monkeypatch.setattr(augment, "fit", fit)
-    simpler = dataclasses.replace(seen.fitted, solution=dataclasses.replace(seen.fitted.solution, deviance=1e6))
-    augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
+    simpler = dataclasses.replace(scores.fitted, solution=dataclasses.replace(scores.fitted.solution, deviance=1e6))
+    augment.refitted(scores.fitted.problem, scores.fitted.at, scores.fitted, lambda line: None, simpler=simpler)
     assert begun == ([True, False] if repeated else [True])
 
 
-def test_a_fit_with_the_force_at_its_limit_comes_second_where_the_simpler_model_has_less(seen, monkeypatch):
-    size = LARGEST_FORCE * seen.fitted.problem.scales.force
-    largest = dataclasses.replace(seen.fitted.variances, force=dataclasses.replace(seen.fitted.variances.force, std=size))
-    likelier = dataclasses.replace(seen.fitted, variances=largest, solution=dataclasses.replace(seen.fitted.solution, deviance=-1e6))
-    monkeypatch.setattr(augment, "fit", lambda problem, *, at=None, **given: likelier if at is not None else seen.fitted)
-    for simpler, found in ((seen.fitted, seen.fitted), (likelier, likelier)):
-        taken = augment.refitted(seen.fitted.problem, seen.fitted.at, seen.fitted, lambda line: None, simpler=simpler)
+def test_a_fit_with_the_force_at_its_limit_comes_second_where_the_simpler_model_has_less(scores, monkeypatch):
+    size = LARGEST_FORCE * scores.fitted.problem.scales.force
+    largest = dataclasses.replace(scores.fitted.variances, force=dataclasses.replace(scores.fitted.variances.force, std=size))
+    likelier = dataclasses.replace(scores.fitted, variances=largest, solution=dataclasses.replace(scores.fitted.solution, deviance=-1e6))
+    monkeypatch.setattr(augment, "fit", lambda problem, *, at=None, **given: likelier if at is not None else scores.fitted)
+    for simpler, found in ((scores.fitted, scores.fitted), (likelier, likelier)):
+        taken = augment.refitted(scores.fitted.problem, scores.fitted.at, scores.fitted, lambda line: None, simpler=simpler)
         assert taken.deviance == found.deviance
 
 
-def test_a_continued_fit_begins_with_the_estimate_and_the_variances_of_the_model_beside(seen, monkeypatch):
+def test_a_continued_fit_begins_with_the_estimate_and_the_variances_of_the_model_beside(scores, monkeypatch):
     given = []
 
     def fit(problem, **options):
         given.append(options)
-        return seen.fitted
+        return scores.fitted
 
     monkeypatch.setattr(augment, "fit", fit)
-    beside = dataclasses.replace(seen.fitted, of_readings=True)
-    found = augment.continued(seen.fitted.problem, seen.fitted.at, beside, lambda line: None)
+    beside = dataclasses.replace(scores.fitted, of_readings=True)
+    found = augment.continued(scores.fitted.problem, scores.fitted.at, beside, lambda line: None)
     assert found.of_readings
-    assert (given[0]["at"], given[0]["begin"], given[0]["both"]) == (seen.fitted.at, beside.variances, False)
+    assert (given[0]["at"], given[0]["begin"], given[0]["both"]) == (scores.fitted.at, beside.variances, False)
 
 
-def test_an_effect_that_is_asked_for_by_name_is_aligned_too(seen, monkeypatch):
+def test_an_effect_that_is_asked_for_by_name_is_aligned_too(scores, monkeypatch):
     delay, channel = 5e-3, "hammer_displacement"
-    late, asked = made_late(seen, channel, lambda t: delay), []
+    late, asked = made_late(scores, channel, lambda t: delay), []
 
     def augmented(at, candidate, weighed, progress):
         asked.append(candidate.members[0])
@@ -260,4 +263,4 @@ def test_an_effect_that_is_asked_for_by_name_is_aligned_too(seen, monkeypatch):
     monkeypatch.setattr(estimate, "augmented", augmented)
     estimate.with_effects(late.fitted, ["time_offset"], progress=lambda line: None)
     (one,) = asked
-    assert abs(one.delay) > seen.scales.sampling
+    assert abs(one.delay) > scores.scales.sampling

@@ -8,7 +8,7 @@ import pytest
 from identification.diagnosis.augment import at_first_order, continued, learned
 from identification.diagnosis.evidence import Judge
 from identification.diagnosis.location import locate
-from identification.diagnosis.look import Look, look, weighed_anew
+from identification.diagnosis.scores import Scores, score_all, weighed_anew
 from identification.diagnosis.search import search
 from identification.estimation.prediction import record_fits
 from identification.experiment import Experiment
@@ -36,9 +36,9 @@ def vibrated() -> Experiment:
 
 
 @pytest.fixture(scope="module")
-def beside() -> Look:
-    """A look beside the nominal model, of which the random force has taken up the sine."""
-    return look(fit(problem_of(vibrated()), both=False), ["quadratic_drag"])
+def beside() -> Scores:
+    """Scores beside the nominal model, whose random force has taken up the sine."""
+    return score_all(fit(problem_of(vibrated()), both=False), ["quadratic_drag"])
 
 
 def test_it_is_the_best_free_form(beside):

@@ -17,9 +17,9 @@ _FORCE = 0.02
 _ERRORS, _SAMPLING = {"hammer_displacement": (1e-5, 2.0)}, 1e-3
 
 
-def cause(seen, effect, **changed: float) -> Cause:
-    """The model of `seen` with an effect, its parameters known; some of the nominal ones changed by a factor."""
-    one = seen.fitted
+def cause(scores, effect, **changed: float) -> Cause:
+    """The model of `scores` with an effect, its parameters known; some of the nominal ones changed by a factor."""
+    one = scores.fitted
     model = dataclasses.replace(one.problem.model_at(one.at), effects=(effect,))
     problem = remodelled(one.problem, one.at, model)
     shared = problem.start.shared.copy()
@@ -42,19 +42,19 @@ DRIVEN = Proposal(5e-4, 1.5e-3, 6.5, 0.0, 0.0, 0.0, 4.0, "A driven record")
 
 
 @pytest.fixture(scope="module")
-def pushed(seen) -> tuple[Cause, Cause]:
+def pushed(scores) -> tuple[Cause, Cause]:
     """Nearly no constant force, and one."""
-    no, some = (cause(seen, EFFECTS["constant_force"](force)) for force in (1e-12, _FORCE))
+    no, some = (cause(scores, EFFECTS["constant_force"](force)) for force in (1e-12, _FORCE))
     return no, some
 
 
 @pytest.fixture(scope="module")
-def records(seen):
+def records(scores):
     """The present records, explained but for white errors of a hundredth of a millimetre."""
     rng = np.random.default_rng(3)
     return tuple(
         dataclasses.replace(one, measured={name: one.predicted[name] + 1e-5 * rng.standard_normal(len(one.time)) for name in one.measured})
-        for one in record_fits(seen.fitted)
+        for one in record_fits(scores.fitted)
     )
 
 
@@ -76,14 +76,14 @@ def test_a_free_decay_separates_as_far_as_scipy_says(pushed):
 
 
 @pytest.mark.parametrize("proposal", [decay(), DRIVEN], ids=["free decay", "driven"])
-def test_a_softer_twin_is_as_far_off_as_a_harder_one(seen, proposal):
+def test_a_softer_twin_is_as_far_off_as_a_harder_one(scores, proposal):
     drag = EFFECTS["constant_force"](1e-12)
-    harder, softer = (apart(proposal, cause(seen, drag), cause(seen, drag, f_n=factor)) for factor in (1.0002, 0.9998))
+    harder, softer = (apart(proposal, cause(scores, drag), cause(scores, drag, f_n=factor)) for factor in (1.0002, 0.9998))
     assert 1.0 < harder == pytest.approx(softer, rel=0.1)
 
 
-def test_steps_of_another_size_separate_a_record_with_impacts_as_far(seen, monkeypatch):
-    rubbing = [cause(seen, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
+def test_steps_of_another_size_separate_a_record_with_impacts_as_far(scores, monkeypatch):
+    rubbing = [cause(scores, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
     found = apart(DRIVEN, *rubbing)
     monkeypatch.setattr(module, "_STEP", 0.3 * module._STEP)
     assert 1.0 < apart(DRIVEN, *rubbing) == pytest.approx(found, rel=0.05)
@@ -99,20 +99,20 @@ def test_what_a_parameter_may_explain_does_not_separate(pushed, which, side):
     assert apart(decay(), *vague) < 1.5 < 30.0 < apart(decay(), *pushed)
 
 
-def test_a_gap_that_is_not_known_separates_less(seen, monkeypatch):
-    rubbing = [cause(seen, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
+def test_a_gap_that_is_not_known_separates_less(scores, monkeypatch):
+    rubbing = [cause(scores, EFFECTS["coulomb_friction"](force)) for force in (1e-12, 2e-3)]
     vague = apart(DRIVEN, *rubbing)
     monkeypatch.setattr(module, "GAP_PRIOR_STD_M", 1e-9)
     assert vague < 0.95 * apart(DRIVEN, *rubbing)
 
 
-def test_a_stop_that_rings_fast_is_followed(seen, pushed):
-    assert np.isfinite(apart(DRIVEN, pushed[0], cause(seen, EFFECTS["stop_compliance"](1e7, 500.0, 0.05))))
+def test_a_stop_that_rings_fast_is_followed(scores, pushed):
+    assert np.isfinite(apart(DRIVEN, pushed[0], cause(scores, EFFECTS["stop_compliance"](1e7, 500.0, 0.05))))
 
 
-def test_errors_last_as_long_as_they_are_correlated(seen, records):
+def test_errors_last_as_long_as_they_are_correlated(scores, records):
     """A first-order process with 0.9 from sample to sample: (1 + 0.9) / (1 - 0.9) samples."""
-    rng, experiment = np.random.default_rng(1), seen.fitted.problem.experiment
+    rng, experiment = np.random.default_rng(1), scores.fitted.problem.experiment
     (one,) = [record for record in records if record.kind == "cart-excitation"]
     error = lfilter([1e-5], [1.0, -0.9], rng.standard_normal(len(one.time)))
     errors = {"hammer_displacement": error, "cart_displacement": 1e-5 * rng.standard_normal(len(one.time))}
@@ -124,8 +124,8 @@ def test_errors_last_as_long_as_they_are_correlated(seen, records):
     assert list(module._errors(dataclasses.replace(experiment, records=driven), (one,))) == ["hammer_displacement"]
 
 
-def test_the_record_that_separates_the_least_alike_twin_best_is_named(seen, records, pushed, monkeypatch):
-    proposals = list(module._proposals(seen.fitted.problem.experiment, pushed[0], records))
+def test_the_record_that_separates_the_least_alike_twin_best_is_named(scores, records, pushed, monkeypatch):
+    proposals = list(module._proposals(scores.fitted.problem.experiment, pushed[0], records))
     at_rest = max(place for place, one in enumerate(proposals) if not one.amplitude)
 
     def distances(proposals, named, twin, errors, sampling):
@@ -133,26 +133,26 @@ def test_the_record_that_separates_the_least_alike_twin_best_is_named(seen, reco
 
     monkeypatch.setattr(module, "separation", distances)
     twins = {"quadratic_drag": pushed[1], "hysteresis": pushed[0]}
-    said = next_experiment(seen.fitted.problem.experiment, pushed[0], twins, "coulomb_friction", records)
+    said = next_experiment(scores.fitted.problem.experiment, pushed[0], twins, "coulomb_friction", records)
     separated = f"would separate coulomb friction from quadratic drag and hysteresis by {at_rest + 1.5} standard errors."
     assert said == f"{proposals[at_rest].text} {separated}"
 
 
-def test_one_cause_is_not_separated_from_itself(seen, records, pushed):
-    said = next_experiment(seen.fitted.problem.experiment, pushed[0], {"back_stop": pushed[0]}, "constant_force", records)
+def test_one_cause_is_not_separated_from_itself(scores, records, pushed):
+    said = next_experiment(scores.fitted.problem.experiment, pushed[0], {"back_stop": pushed[0]}, "constant_force", records)
     assert said.startswith("Of 21 further records that were simulated none would separate constant force from back stop by more than 0 ")
 
 
-def test_nothing_is_said_of_what_acts_otherwise_in_each_record(seen, records, pushed):
-    hum = cause(seen, EFFECTS["mains_hum"](50.0, 1e-5, 0.0, of_channel="hammer_displacement"))
-    experiment = seen.fitted.problem.experiment
+def test_nothing_is_said_of_what_acts_otherwise_in_each_record(scores, records, pushed):
+    hum = cause(scores, EFFECTS["mains_hum"](50.0, 1e-5, 0.0, of_channel="hammer_displacement"))
+    experiment = scores.fitted.problem.experiment
     assert next_experiment(experiment, pushed[0], {"mains_hum": hum}, "constant_force", records) == ""
     assert next_experiment(experiment, hum, {"constant_force": pushed[0]}, "mains_hum", records) == ""
 
 
-def test_a_cause_keeps_what_its_fit_knows(seen):
+def test_a_cause_keeps_what_its_fit_knows(scores):
     """One of two directions of a covariance, of natural sizes; what is not identified counts as known to one size."""
-    one = seen.fitted
+    one = scores.fitted
     covariance = np.zeros((len(one.at.shared),) * 2)
     covariance[0, 0], covariance[1, 1] = 0.04, 1e9
     found = Cause.of(dataclasses.replace(one, solution=dataclasses.replace(one.solution, covariance=covariance)))

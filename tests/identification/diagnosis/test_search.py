@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from identification.diagnosis import diagnose
-from identification.diagnosis import look as look_module
+from identification.diagnosis import scores as scores_module
 from identification.diagnosis import search as module
 from identification.diagnosis.free_forms import Form
-from identification.diagnosis.look import LARGE_PART, Candidate, Look, Scored, among_effects, limit_warning
+from identification.diagnosis.scores import LARGE_PART, Candidate, Scored, Scores, among_effects, limit_warning
 from identification.diagnosis.search import MOST_EFFECTS, Alternative, OutOfBudgetError, Search, Step, is_significant, search
 from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
@@ -24,9 +24,9 @@ from vibrojax.effects.free_form import TonalForce
 from vibrojax.errors import InputError
 
 
-def fitted(seen: Look, *names: str, deviance: float = 0.0) -> Fitted:
+def fitted(scores: Scores, *names: str, deviance: float = 0.0) -> Fitted:
     """A model with these effects, as likely as this."""
-    one = seen.fitted
+    one = scores.fitted
     model = dataclasses.replace(one.problem.model, effects=tuple(at_start(EFFECTS[name]) for name in names))
     problem = dataclasses.replace(one.problem, model=model)
     return dataclasses.replace(one, problem=problem, solution=dataclasses.replace(one.solution, deviance=deviance))
@@ -39,23 +39,23 @@ def alternative(name: str, gain: float, found: Fitted | None = None) -> Alternat
 
 
 @pytest.fixture
-def gains(seen, monkeypatch):
-    """Sets what each look finds: effects in the order in which they are taken in, with their gains."""
+def gains(scores, monkeypatch):
+    """Sets what scoring finds in each step: effects in the order in which they are taken in, with their gains."""
 
     def found(*order: tuple[str, float]) -> None:
         offered = iter(order)
 
-        def step(at: Look, weighed, judge, progress, known=(), no_worse_than=None) -> Step:
+        def step(at: Scores, weighed, judge, progress, known=(), no_worse_than=None) -> Step:
             if known:
-                return Step(look=at, alternatives=known)
+                return Step(scores=at, alternatives=known)
             if (one := next(offered, None)) is None:
-                return Step(look=at, alternatives=())
+                return Step(scores=at, alternatives=())
             names, (name, gain) = [effect.name for effect in at.fitted.problem.model.effects], one
-            after = fitted(seen, *names, name, deviance=at.fitted.solution.deviance - gain)
-            return Step(look=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
+            after = fitted(scores, *names, name, deviance=at.fitted.solution.deviance - gain)
+            return Step(scores=at, alternatives=(alternative(name, gain, after), alternative("gain_error", 0.5 * gain)))
 
         monkeypatch.setattr(module, "_step", step)
-        monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
+        monkeypatch.setattr(module, "score_all", lambda at, among, terms: dataclasses.replace(scores, fitted=at))
         monkeypatch.setattr(module, "_weighed", lambda at: [])
         monkeypatch.setattr(module, "contradicted", lambda at: ())
 
@@ -70,52 +70,52 @@ def names(found: Search) -> list[str]:
     return names_of(found.final)
 
 
-def test_effects_are_taken_in_while_their_gain_is_more_than_chance(seen, gains, monkeypatch):
+def test_effects_are_taken_in_while_their_gain_is_more_than_chance(scores, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
-    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
-    found = search(fitted(seen), judge=refusing())
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(scores, "gap_drift", deviance=-80.0))
+    found = search(fitted(scores), judge=refusing())
     assert (names(found), found.finished) == (["coulomb_friction", "gap_drift"], True)
     assert [step.alternatives[0].name for step in found.steps] == names(found)
     assert found.last is not None and found.last.alternatives[0].name == "mains_hum"
     assert not is_significant(found.last.alternatives[0])
 
 
-def test_an_effect_that_a_later_one_makes_needless_is_left_out(seen, gains, monkeypatch):
+def test_an_effect_that_a_later_one_makes_needless_is_left_out(scores, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("hysteresis", 800.0))
-    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "hysteresis", deviance=-1695.0))
-    found = search(fitted(seen), judge=refusing())
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(scores, "hysteresis", deviance=-1695.0))
+    found = search(fitted(scores), judge=refusing())
     assert names(found) == ["hysteresis"] == [step.alternatives[0].name for step in found.steps]
 
 
-def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(seen, gains, monkeypatch):
+def test_where_an_effect_was_needless_the_search_goes_on_beside_the_others(scores, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("hysteresis", 800.0), ("mains_hum", 12.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
     left = {"coulomb_friction": -1695.0, "hysteresis": -80.0}
     monkeypatch.setattr(module, "without", lambda final, name: (name, None))
     monkeypatch.setattr(
-        module, "refitted", lambda name, near, beside, progress: fitted(seen, *({"hysteresis"} - {name}), deviance=left[name])
+        module, "refitted", lambda name, near, beside, progress: fitted(scores, *({"hysteresis"} - {name}), deviance=left[name])
     )
-    assert names(search(fitted(seen), judge=refusing())) == ["hysteresis", "gap_drift"]
+    assert names(search(fitted(scores), judge=refusing())) == ["hysteresis", "gap_drift"]
 
 
 @pytest.fixture
-def in_steps(seen, monkeypatch):
+def in_steps(scores, monkeypatch):
     """Sets what is weighed beside each model, by the names of its effects; a refit gains as much, which a model without it loses."""
 
     def found(**beside: dict[str, float]) -> None:
         gained = {name: gain for each in beside.values() for name, gain in each.items()}
-        one = seen.fitted
+        one = scores.fitted
         anew = Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=one.variances, at=one.at)
-        model = lambda held: fitted(seen, *held, deviance=-sum(gained[name] for name in held))  # noqa: E731
+        model = lambda held: fitted(scores, *held, deviance=-sum(gained[name] for name in held))  # noqa: E731
 
-        def refitted(at: Look, one: Alternative, weighed, progress) -> list[Alternative]:
+        def refitted(at: Scores, one: Alternative, weighed, progress) -> list[Alternative]:
             return [alternative(one.name, one.gain, model([*names_of(at.fitted), one.name]))]
 
-        def weighed(at: Look) -> list[tuple[Alternative, Reestimated]]:
+        def weighed(at: Scores) -> list[tuple[Alternative, Reestimated]]:
             return [(alternative(n, gain), anew) for n, gain in beside.get("_".join(names_of(at.fitted)) or "nothing", {}).items()]
 
         monkeypatch.setattr(module, "_weighed", weighed)
         monkeypatch.setattr(module, "_refitted", refitted)
-        monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
+        monkeypatch.setattr(module, "score_all", lambda at, among, terms: dataclasses.replace(scores, fitted=at))
         monkeypatch.setattr(module, "contradicted", lambda at: ())
         monkeypatch.setattr(module, "without", lambda final, name: ([n for n in names_of(final) if n != name], None))
         monkeypatch.setattr(module, "refitted", lambda held, near, beside, progress: model(held))
@@ -133,18 +133,18 @@ ERRORS = {
 
 
 @pytest.mark.parametrize(("friction", "kept"), [(0.034, True), (0.07, False), (None, False)], ids=["smaller", "larger", "none"])
-def test_an_effect_may_raise_the_error_where_the_search_then_ends_with_a_smaller_one(seen, in_steps, friction, kept):
+def test_an_effect_may_raise_the_error_where_the_search_then_ends_with_a_smaller_one(scores, in_steps, friction, kept):
     """Beside a power law in place of friction the true curvature of a sensor does; beside it, friction takes the place of the law."""
     beside_reading = {"power_law_damping": 900.0} | ({} if friction is None else {"coulomb_friction": 1200.0})
     in_steps(nothing={"power_law_damping": 900.0}, power_law_damping={"nonlinear_reading": 300.0}, nonlinear_reading=beside_reading)
     judge = Judge(errors=ERRORS | {"nonlinear_reading coulomb_friction": friction})
-    found = search(fitted(seen), judge=judge)
+    found = search(fitted(scores), judge=judge)
     assert names(found) == (["nonlinear_reading", "coulomb_friction"] if kept else ["power_law_damping"])
     assert [step.alternatives[0].name for step in found.steps] == names(found)
     assert found.finished and (found.last is None or [one.name for one in found.last.refused] == ([] if kept else ["nonlinear_reading"]))
 
 
-def test_an_effect_that_raised_the_error_leaves_where_it_still_does_beside_the_others(seen, in_steps):
+def test_an_effect_that_raised_the_error_leaves_where_it_still_does_beside_the_others(scores, in_steps):
     """A drift of the gap, allowed beside hysteresis, spoils what friction in its place explains."""
     in_steps(
         nothing={"hysteresis": 900.0},
@@ -153,15 +153,15 @@ def test_an_effect_that_raised_the_error_leaves_where_it_still_does_beside_the_o
     )
     errors = {"": 0.5, "hysteresis": 0.1, "hysteresis gap_drift": 0.15, "hysteresis gap_drift coulomb_friction": 0.09}
     errors |= {"gap_drift coulomb_friction": 0.2, "hysteresis coulomb_friction": 0.03, "coulomb_friction": 0.4}
-    assert names(search(fitted(seen), judge=Judge(errors=errors))) == ["hysteresis", "coulomb_friction"]
+    assert names(search(fitted(scores), judge=Judge(errors=errors))) == ["hysteresis", "coulomb_friction"]
 
 
 @pytest.mark.parametrize(("gain", "first"), [(299.0, "coulomb_friction"), (200.0, "gap_drift")], ids=["a twin", "far below"])
-def test_of_twins_one_that_raises_no_error_stands_first(seen, in_steps, gain, first):
+def test_of_twins_one_that_raises_no_error_stands_first(scores, in_steps, gain, first):
     in_steps(nothing={"gap_drift": 300.0, "coulomb_friction": gain})
     judge = Judge(errors={"": 0.1, "gap_drift": 0.15, "coulomb_friction": 0.03, "hysteresis": 0.5})
-    at = dataclasses.replace(seen, fitted=fitted(seen))
-    step = module._step(at, module._weighed(at), judge, lambda line: None, no_worse_than=fitted(seen, "hysteresis"))
+    at = dataclasses.replace(scores, fitted=fitted(scores))
+    step = module._step(at, module._weighed(at), judge, lambda line: None, no_worse_than=fitted(scores, "hysteresis"))
     assert step.alternatives[0].name == first and step.alternatives[0].fitted is not None
 
 
@@ -181,22 +181,22 @@ def a_free_form() -> Candidate:
     return Candidate(name="tonal_force", members=(wave,), signals=(), form=form)
 
 
-def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(seen, gains, monkeypatch):
+def test_an_effect_in_whose_place_a_free_form_says_more_is_left_out(scores, gains, monkeypatch):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0), ("mains_hum", 12.0))
     offered = module._step
 
-    def step(at: Look, weighed, judge, progress, known=(), no_worse_than=None) -> Step:
+    def step(at: Scores, weighed, judge, progress, known=(), no_worse_than=None) -> Step:
         if not known:
             return offered(at, weighed, judge, progress)
         more = dataclasses.replace(known[0], candidate=a_free_form(), drop=5000.0)
-        return Step(look=at, alternatives=(more, *known))
+        return Step(scores=at, alternatives=(more, *known))
 
     monkeypatch.setattr(module, "_step", step)
-    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
-    assert "coulomb_friction" not in names(search(fitted(seen), judge=refusing()))
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(scores, "gap_drift", deviance=-80.0))
+    assert "coulomb_friction" not in names(search(fitted(scores), judge=refusing()))
 
 
-def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
+def test_a_search_ends_with_the_budget_and_says_so(scores, gains):
     gains(("coulomb_friction", 900.0), ("gap_drift", 80.0))
     lines = []
 
@@ -205,19 +205,19 @@ def test_a_search_ends_with_the_budget_and_says_so(seen, gains):
         if len(lines) == 2:
             raise OutOfBudgetError
 
-    found = search(fitted(seen), judge=refusing(), progress=progress)
+    found = search(fitted(scores), judge=refusing(), progress=progress)
     assert (names(found), found.finished, found.last) == (["coulomb_friction"], False, None)
 
 
-def test_a_search_adds_so_many_effects_and_no_more(seen, gains, monkeypatch):
+def test_a_search_adds_so_many_effects_and_no_more(scores, gains, monkeypatch):
     monkeypatch.setattr(module, "_needed", lambda found, *rest: found)
     order = list(EFFECTS)[: MOST_EFFECTS + 1]
     gains(*((name, 900.0) for name in order))
-    found = search(fitted(seen), judge=refusing())
+    found = search(fitted(scores), judge=refusing())
     assert (names(found), found.finished) == (order[:MOST_EFFECTS], True)
 
 
-def test_effects_are_looked_for_again_beside_values_in_each_record(seen, gains, monkeypatch):
+def test_effects_are_looked_for_again_beside_values_in_each_record(scores, gains, monkeypatch):
     """The second effect shows only beside values that no effect is asked for before; of them it is asked once."""
     gains(("coulomb_friction", 900.0), ("gap_drift", 12.0))
     asked = []
@@ -229,13 +229,13 @@ def test_effects_are_looked_for_again_beside_values_in_each_record(seen, gains, 
 
     monkeypatch.setattr(module, "contradicted", lambda at: ("f_n",))
     monkeypatch.setattr(module, "with_values", with_values)
-    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, "gap_drift", deviance=-80.0))
-    assert names(search(fitted(seen), judge=refusing())) == ["coulomb_friction", "gap_drift"]
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(scores, "gap_drift", deviance=-80.0))
+    assert names(search(fitted(scores), judge=refusing())) == ["coulomb_friction", "gap_drift"]
     assert asked == [(["coulomb_friction"], ("f_n",))]
 
 
 @pytest.mark.parametrize(("gain", "first"), [(2000.0, True), (500.0, False)])
-def test_values_in_each_record_come_before_an_effect_that_says_less(seen, gains, monkeypatch, gain, first):
+def test_values_in_each_record_come_before_an_effect_that_says_less(scores, gains, monkeypatch, gain, first):
     gains(("coulomb_friction", 900.0))
     asked = []
     best = dataclasses.replace(alternative("coulomb_friction", 900.0), fitted=None)
@@ -243,20 +243,20 @@ def test_values_in_each_record_come_before_an_effect_that_says_less(seen, gains,
     monkeypatch.setattr(module, "contradicted", lambda at: () if asked else ("f_n",))
     monkeypatch.setattr(module, "gain_of_values", lambda at, differing: (gain, 3))
     monkeypatch.setattr(module, "with_values", lambda at, differing, progress: asked.append(names_of(at)) or at)
-    assert names(search(fitted(seen), judge=refusing())) == ["coulomb_friction"]
+    assert names(search(fitted(scores), judge=refusing())) == ["coulomb_friction"]
     assert asked[0] == ([] if first else ["coulomb_friction"])
 
 
 @pytest.fixture
-def weighed(seen, monkeypatch):
+def weighed(scores, monkeypatch):
     """Sets the candidates of one look with their gains at first order; a refit gains as much. Returns what was refitted, in order."""
 
     def found(**gains: float) -> list[str]:
         tried: list[str] = []
-        one = seen.fitted
+        one = scores.fitted
         anew = Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=one.variances, at=one.at)
 
-        def refitted(at: Look, one: Alternative, weighed, progress) -> list[Alternative]:
+        def refitted(at: Scores, one: Alternative, weighed, progress) -> list[Alternative]:
             tried.append(one.name)
             return [alternative(one.name, one.gain, fitted(at, one.name, deviance=-one.gain))]
 
@@ -294,15 +294,15 @@ def refusing(*refused: str) -> Judge:
     return Judge(refused=refused)
 
 
-def test_the_next_one_is_fitted_where_the_best_is_refused(seen, weighed):
+def test_the_next_one_is_fitted_where_the_best_is_refused(scores, weighed):
     tried = weighed(second_mode=900.0, coulomb_friction=300.0, quadratic_drag=200.0, mains_hum=9.0)
-    step = module._step(seen, module._weighed(seen), refusing("second_mode"), lambda line: None)
+    step = module._step(scores, module._weighed(scores), refusing("second_mode"), lambda line: None)
     assert tried == ["second_mode", "coulomb_friction", "quadratic_drag"], "the last of them within a half of the one before"
     assert [one.name for one in step.alternatives] == ["coulomb_friction", "quadratic_drag", "mains_hum"]
     assert [(one.name, one.refused) for one in step.refused] == [("second_mode", "it does not predict")]
 
 
-def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(seen, weighed, monkeypatch):
+def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(scores, weighed, monkeypatch):
     tried, refitted = weighed(second_mode=900.0, coulomb_friction=800.0, quadratic_drag=700.0), module._refitted
 
     def until_the_second(at, one, weighed, progress):
@@ -311,22 +311,22 @@ def test_a_step_that_runs_out_of_time_keeps_what_was_fitted_and_says_so(seen, we
         return refitted(at, one, weighed, progress)
 
     monkeypatch.setattr(module, "_refitted", until_the_second)
-    monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
-    found = search(fitted(seen), judge=refusing())
+    monkeypatch.setattr(module, "score_all", lambda at, among, terms: dataclasses.replace(scores, fitted=at))
+    found = search(fitted(scores), judge=refusing())
     assert (tried, found.finished, names(found)) == (["second_mode"], False, ["second_mode"])
     assert "(coulomb_friction and quadratic_drag not fitted)" in diagnose._warnings(found)[0]
 
 
-def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(seen, weighed):
+def test_where_the_best_is_taken_in_nothing_far_below_it_is_fitted(scores, weighed):
     tried = weighed(second_mode=900.0, coulomb_friction=300.0)
-    step = module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    step = module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert (tried, step.refused) == (["second_mode"], ())
     assert [one.fitted is None for one in step.alternatives] == [False, True]
 
 
-def test_of_a_twin_the_model_is_kept_and_says_what_to_record_next(seen, weighed, monkeypatch):
+def test_of_a_twin_the_model_is_kept_and_says_what_to_record_next(scores, weighed, monkeypatch):
     weighed(second_mode=900.0, coulomb_friction=890.0)
-    step = module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    step = module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert [(one.name, one.fitted is None, one.cause is None) for one in step.alternatives] == [
         ("second_mode", False, True),
         ("coulomb_friction", True, False),
@@ -334,7 +334,7 @@ def test_of_a_twin_the_model_is_kept_and_says_what_to_record_next(seen, weighed,
     asked = []
     monkeypatch.setattr(diagnose, "next_experiment", lambda *given: asked.append(given) or "one more")
     final = step.alternatives[0].fitted
-    found = Search(nominal=seen.fitted, final=final, steps=(step,), last=None, finished=True)
+    found = Search(nominal=scores.fitted, final=final, steps=(step,), last=None, finished=True)
     side = SimpleNamespace(records=("with their predictions",))
     assert diagnose._next_experiment("the rig", found, {"second_mode": diagnose._twins(step)}, side) == "one more"
     experiment, named, twins, name, records = asked[0]
@@ -342,25 +342,25 @@ def test_of_a_twin_the_model_is_kept_and_says_what_to_record_next(seen, weighed,
     assert twins == {"coulomb_friction": step.alternatives[1].cause}
 
 
-def test_what_records_held_back_say_against_an_effect_counts(seen, weighed):
+def test_what_records_held_back_say_against_an_effect_counts(scores, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
     judge = Judge(held_back={"second_mode": -55.0, "coulomb_friction": 40.0})
-    step = module._step(seen, module._weighed(seen), judge, lambda line: None)
+    step = module._step(scores, module._weighed(scores), judge, lambda line: None)
     assert [one.name for one in step.alternatives] == ["coulomb_friction", "second_mode"]
     assert step.alternatives[0].best == 90.0 and not is_significant(step.alternatives[1])
 
 
-def test_fitted_alternatives_are_ranked_with_the_records_held_back(seen, weighed):
+def test_fitted_alternatives_are_ranked_with_the_records_held_back(scores, weighed):
     weighed(second_mode=60.0, coulomb_friction=50.0)
     judge = Judge(held_back={"second_mode": 5.0, "coulomb_friction": 40.0})
-    step = module._step(seen, module._weighed(seen), judge, lambda line: None)
+    step = module._step(scores, module._weighed(scores), judge, lambda line: None)
     assert [(one.name, one.best) for one in step.alternatives] == [("coulomb_friction", 90.0), ("second_mode", 65.0)]
 
 
 @pytest.mark.parametrize(("gain", "first"), [(310.0, "coulomb_friction"), (340.0, "power_law_damping")])
-def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed, gain, first):
+def test_a_special_case_stands_first_unless_the_records_reject_it(scores, weighed, gain, first):
     weighed(power_law_damping=gain, coulomb_friction=300.0)
-    assert module._step(seen, module._weighed(seen), refusing(), lambda line: None).alternatives[0].name == first
+    assert module._step(scores, module._weighed(scores), refusing(), lambda line: None).alternatives[0].name == first
 
 
 @pytest.mark.parametrize(
@@ -375,24 +375,24 @@ def test_a_special_case_stands_first_unless_the_records_reject_it(seen, weighed,
         pytest.param("hysteresis", {}, ("hysteresis",), False, id="refused, and no other"),
     ],
 )
-def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighed, monkeypatch, first, others, refused, exchanged):
+def test_beside_a_later_effect_another_may_be_better_than_the_first(scores, weighed, monkeypatch, first, others, refused, exchanged):
     """The first effect gains 900 beside the later one."""
     tried = weighed(**{first: 900.0, **others})
     again = lambda at, one, *rest: [alternative(one.name, one.gain, fitted(at, "nonlinear_reading", one.name, deviance=-80 - one.gain))]  # noqa: E731
     monkeypatch.setattr(module, "_refitted", lambda *given: tried.append(given[1].name) or again(*given))
     candidates = module._weighed
     monkeypatch.setattr(module, "_weighed", lambda at: candidates(at) if names_of(at.fitted) == ["nonlinear_reading"] else [])
-    monkeypatch.setattr(module, "look", lambda at, among, terms: dataclasses.replace(seen, fitted=at))
+    monkeypatch.setattr(module, "score_all", lambda at, among, terms: dataclasses.replace(scores, fitted=at))
     monkeypatch.setattr(module, "without", lambda final, name: (name, None))
     kept = {first: "nonlinear_reading", "nonlinear_reading": next(iter(others), "")}
     left = {first: -80.0, "nonlinear_reading": -900.0}
-    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(seen, kept[problem], deviance=left[problem]))
-    both = fitted(seen, first, "nonlinear_reading", deviance=-980.0)
+    monkeypatch.setattr(module, "refitted", lambda problem, near, beside, progress: fitted(scores, kept[problem], deviance=left[problem]))
+    both = fitted(scores, first, "nonlinear_reading", deviance=-980.0)
     steps = (
-        Step(look=seen, alternatives=(alternative(first, 900.0, fitted(seen, first)),)),
-        Step(look=seen, alternatives=(alternative("nonlinear_reading", 80.0, both),)),
+        Step(scores=scores, alternatives=(alternative(first, 900.0, fitted(scores, first)),)),
+        Step(scores=scores, alternatives=(alternative("nonlinear_reading", 80.0, both),)),
     )
-    found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
+    found = Search(nominal=scores.fitted, final=both, steps=steps, last=None, finished=True)
     found = module._needed(found, EFFECTS, (), refusing(*refused), lambda line: None)
     expected = ["nonlinear_reading", *others] if exchanged else [first, "nonlinear_reading"]
     assert sorted(names(found)) == sorted(expected)
@@ -402,16 +402,16 @@ def test_beside_a_later_effect_another_may_be_better_than_the_first(seen, weighe
 
 
 @pytest.mark.parametrize(("gain", "first"), [(895.0, "reading_tone"), (700.0, "tonal_force")])
-def test_a_listed_effect_stands_before_a_free_form_that_says_no_more(seen, gain, first):
-    both = [alternative("reading_tone", gain, seen.fitted), alternative("reading_tone", 900.0, seen.fitted)]
+def test_a_listed_effect_stands_before_a_free_form_that_says_no_more(scores, gain, first):
+    both = [alternative("reading_tone", gain, scores.fitted), alternative("reading_tone", 900.0, scores.fitted)]
     both[1] = dataclasses.replace(both[1], candidate=a_free_form())
     assert [one.name for one in module._ranked(both, 1000)][0] == first
 
 
-def test_the_best_is_asked_and_what_chance_could_have_put_first(seen, weighed):
+def test_the_best_is_asked_and_what_chance_could_have_put_first(scores, weighed):
     weighed(second_mode=900.0, coulomb_friction=890.0, quadratic_drag=700.0)
     judge = refusing()
-    module._step(seen, module._weighed(seen), judge, lambda line: None)
+    module._step(scores, module._weighed(scores), judge, lambda line: None)
     assert judge.asked == ["second_mode", "coulomb_friction"]
 
 
@@ -438,9 +438,9 @@ def test_names_that_are_none_are_refused(given, expected):
         among_effects(**given)
 
 
-def test_a_special_case_is_fitted_however_far_its_first_order_is_below(seen, weighed):
+def test_a_special_case_is_fitted_however_far_its_first_order_is_below(scores, weighed):
     tried = weighed(power_law_damping=900.0, second_mode=300.0, coulomb_friction=200.0)
-    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert tried == ["power_law_damping", "coulomb_friction"]
 
 
@@ -449,13 +449,13 @@ def test_a_special_case_is_fitted_however_far_its_first_order_is_below(seen, wei
     [("", False, 1, True), ("no", False, 2, True), ("", True, 2, False)],
     ids=["the first is asserted alone", "nor is the first", "no time to see"],
 )
-def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, alone, spent, left, finished):
-    first, both = fitted(seen, "coulomb_friction"), fitted(seen, "coulomb_friction", "gap_drift")
+def test_a_last_effect_that_is_not_asserted_leaves_the_model(scores, monkeypatch, alone, spent, left, finished):
+    first, both = fitted(scores, "coulomb_friction"), fitted(scores, "coulomb_friction", "gap_drift")
     steps = (
-        Step(look=seen, alternatives=(alternative("coulomb_friction", 900.0, first),)),
-        Step(look=dataclasses.replace(seen, fitted=first), alternatives=(alternative("gap_drift", 80.0, both),)),
+        Step(scores=scores, alternatives=(alternative("coulomb_friction", 900.0, first),)),
+        Step(scores=dataclasses.replace(scores, fitted=first), alternatives=(alternative("gap_drift", 80.0, both),)),
     )
-    found = Search(nominal=seen.fitted, final=both, steps=steps, last=None, finished=True)
+    found = Search(nominal=scores.fitted, final=both, steps=steps, last=None, finished=True)
 
     def weigh(found: Search, last, judge, progress) -> diagnose._Weighed:
         if len(found.steps) == 1:
@@ -465,35 +465,35 @@ def test_a_last_effect_that_is_not_asserted_leaves_the_model(seen, monkeypatch, 
 
     monkeypatch.setattr(diagnose, "_weigh", weigh)
     course = diagnose._Course(0.0 if spent else 10.0, lambda line: None)
-    kept = diagnose._supported(found, seen, None, course).search
+    kept = diagnose._supported(found, scores, None, course).search
     assert kept.finished == finished
     assert names(kept) == ["coulomb_friction", "gap_drift"][:left]
 
 
-def test_candidates_that_are_weighed_side_by_side_keep_their_places(seen, monkeypatch):
+def test_candidates_that_are_weighed_side_by_side_keep_their_places(scores, monkeypatch):
     def one(at, candidate):
         if candidate == 3:
             raise np.linalg.LinAlgError
         return at, candidate
 
-    monkeypatch.setattr(look_module, "weighed_anew", one)
-    assert look_module.all_weighed_anew(seen, range(9)) == [None if each == 3 else (seen, each) for each in range(9)]
+    monkeypatch.setattr(scores_module, "weighed_anew", one)
+    assert scores_module.all_weighed_anew(scores, range(9)) == [None if each == 3 else (scores, each) for each in range(9)]
 
 
-def test_a_channel_that_reads_little_but_noise_hides_no_order(seen):
-    chains = seen.fitted.problem.chains
+def test_a_channel_that_reads_little_but_noise_hides_no_order(scores):
+    chains = scores.fitted.problem.chains
     noise = np.random.default_rng(0).standard_normal(chains.weight.shape)
     quiet = dataclasses.replace(chains, measured=noise / np.maximum(chains.weight, 1e-300))
-    beside = dataclasses.replace(seen.fitted, problem=dataclasses.replace(seen.fitted.problem, chains=quiet))
+    beside = dataclasses.replace(scores.fitted, problem=dataclasses.replace(scores.fitted.problem, chains=quiet))
 
     def hides(times: float) -> bool:
         readings = tuple(ReadingError(innovation=times) for _ in chains.channels)
-        return module.hides_the_order(beside, dataclasses.replace(seen.fitted.variances, readings=readings))
+        return module.hides_the_order(beside, dataclasses.replace(scores.fitted.variances, readings=readings))
 
     assert not hides(1.1) and hides(2.0)
 
 
-def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(seen):
+def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_order(scores):
     """Stops of a model without one, whatever their score, and what makes late the channel that is."""
     prompt, late = (TimeOffset(delay=1e-4, of_channel=channel) for channel in ("hammer_acceleration", "impact_force"))
     members = (at_start(EFFECTS["coulomb_friction"]), prompt, late, at_start(EFFECTS["missing_stop"]))
@@ -506,42 +506,44 @@ def test_what_the_records_show_without_a_model_is_weighed_where_scores_do_not_or
         )
         for one, gain in zip(members, (900.0, 800.0, 3.0, 0.0), strict=True)
     )
-    problem = dataclasses.replace(seen.fitted.problem, model=dataclasses.replace(seen.fitted.problem.model, law=NoContact()))
-    scales = dataclasses.replace(seen.scales, lags={"impact_force": 8e-3})
+    problem = dataclasses.replace(scores.fitted.problem, model=dataclasses.replace(scores.fitted.problem.model, law=NoContact()))
+    scales = dataclasses.replace(scores.scales, lags={"impact_force": 8e-3})
 
     def chosen(part: float) -> list[AbstractEffect]:
-        variances = dataclasses.replace(seen.fitted.variances, force=RandomForce(std=part * problem.scales.force, memory=0.01))
-        beside = dataclasses.replace(seen.fitted, problem=problem, variances=variances)
+        variances = dataclasses.replace(scores.fitted.variances, force=RandomForce(std=part * problem.scales.force, memory=0.01))
+        beside = dataclasses.replace(scores.fitted, problem=problem, variances=variances)
         return [
-            one.candidate.members[0] for one in module._shortlist(dataclasses.replace(seen, fitted=beside, scales=scales, listed=listed))
+            one.candidate.members[0] for one in module._shortlist(dataclasses.replace(scores, fitted=beside, scales=scales, listed=listed))
         ]
 
     assert chosen(0.5 * LARGE_PART) == [members[0], prompt]
     assert chosen(2.0 * LARGE_PART) == [members[0], prompt, late, members[3]]
 
 
-def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_not_order(seen, weighed, monkeypatch):
+def test_what_the_records_show_without_a_model_is_fitted_first_where_scores_do_not_order(scores, weighed, monkeypatch):
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: candidate.name == "time_offset")
     tried = weighed(second_mode=900.0, time_offset=0.0)
-    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert tried == ["second_mode"]
     monkeypatch.setattr(module, "hides_the_order", lambda *given: True)
     tried.clear()
-    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert tried == ["time_offset", "second_mode"]
 
 
 @pytest.mark.parametrize(("size", "drop"), [(0.1, 40.0), (1.0, 0.0)])
-def test_what_only_the_random_force_explains_is_no_gain(seen, monkeypatch, size, drop):
-    largest = RandomForce(std=size * LARGEST_FORCE * seen.fitted.problem.scales.force, memory=0.01)
-    variances = dataclasses.replace(seen.fitted.variances, force=largest)
-    found = dataclasses.replace(fitted(seen, deviance=-40.0), variances=variances)
+def test_what_only_the_random_force_explains_is_no_gain(scores, monkeypatch, size, drop):
+    largest = RandomForce(std=size * LARGEST_FORCE * scores.fitted.problem.scales.force, memory=0.01)
+    variances = dataclasses.replace(scores.fitted.variances, force=largest)
+    found = dataclasses.replace(fitted(scores, deviance=-40.0), variances=variances)
     monkeypatch.setattr(module, "augmented", lambda *of, progress: found)
-    (one,) = module._refitted(dataclasses.replace(seen, fitted=fitted(seen)), alternative("quadratic_drag", 30.0), None, lambda line: None)
+    (one,) = module._refitted(
+        dataclasses.replace(scores, fitted=fitted(scores)), alternative("quadratic_drag", 30.0), None, lambda line: None
+    )
     assert one.drop == pytest.approx(drop)
 
 
-def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_at_first_order(seen, monkeypatch):
+def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_at_first_order(scores, monkeypatch):
     listed = [
         Scored(candidate=alternative(n, 0.0).candidate, gain=9.0, strengths=np.ones(1), known=np.ones(1, bool))
         for n in ("time_offset", "second_mode")
@@ -549,44 +551,44 @@ def test_what_the_records_show_is_fitted_even_where_it_takes_the_motion_too_far_
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: candidate.name == "time_offset")
     monkeypatch.setattr(module, "_shortlist", lambda at: listed)
     monkeypatch.setattr(module, "all_weighed_anew", lambda at, shortlist: [None for _ in shortlist])
-    assert [one.name for one, _ in module._weighed(seen)] == ["time_offset"]
+    assert [one.name for one, _ in module._weighed(scores)] == ["time_offset"]
 
 
-def test_beside_one_that_brings_scores_into_order_its_rivals_at_first_order_are_fitted(seen, weighed, monkeypatch):
+def test_beside_one_that_brings_scores_into_order_its_rivals_at_first_order_are_fitted(scores, weighed, monkeypatch):
     hidden = iter([True, False])
     monkeypatch.setattr(module, "hides_the_order", lambda *given: next(hidden, False))
     tried = weighed(zero_drift=900.0, gap_drift=800.0, gap_step=300.0)
     refitted = module._refitted
     more = lambda *given: [dataclasses.replace(one, drop=9e4) for one in refitted(*given)]  # noqa: E731
     monkeypatch.setattr(module, "_refitted", more)
-    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert tried == ["zero_drift", "gap_drift"]
 
 
-def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_order(seen, weighed, monkeypatch):
+def test_a_stop_without_gain_is_left_where_another_effect_brings_scores_into_order(scores, weighed, monkeypatch):
     hidden = iter([True, False])
     monkeypatch.setattr(module, "hides_the_order", lambda *given: next(hidden, False))
     tried = weighed(second_mode=900.0, back_stop=-0.1)
-    step = module._step(seen, module._weighed(seen), refusing("second_mode"), lambda line: None)
+    step = module._step(scores, module._weighed(scores), refusing("second_mode"), lambda line: None)
     assert (tried, step.finished) == (["second_mode"], True)
 
 
-def test_of_two_channels_that_the_records_show_apart_either_is_fitted_as_the_late_one(seen, weighed, monkeypatch):
+def test_of_two_channels_that_the_records_show_apart_either_is_fitted_as_the_late_one(scores, weighed, monkeypatch):
     """By the same effect: where a delay of the one explains all, a drift of the other is not asked."""
     tried = weighed(time_offset=900.0, clock_drift=300.0)
-    (first, anew), (drift, _) = module._weighed(seen)
+    (first, anew), (drift, _) = module._weighed(scores)
     other = dataclasses.replace(
         first, gain=300.0, candidate=dataclasses.replace(first.candidate, members=(TimeOffset(1e-3, "impact_force"),))
     )
     monkeypatch.setattr(module, "is_shown_late", lambda at, candidate: True)
-    module._step(seen, [(first, anew), (drift, anew), (other, anew)], refusing(), lambda line: None)
+    module._step(scores, [(first, anew), (drift, anew), (other, anew)], refusing(), lambda line: None)
     assert tried == ["time_offset", "time_offset"]
 
 
-def test_of_what_makes_a_channel_late_the_one_that_brings_channels_together_is_fitted_first(seen, weighed, monkeypatch):
+def test_of_what_makes_a_channel_late_the_one_that_brings_channels_together_is_fitted_first(scores, weighed, monkeypatch):
     tried = weighed(clock_drift=900.0, time_offset=300.0)
     monkeypatch.setattr(module, "hides_the_order", lambda *given: True)
     monkeypatch.setattr(module, "_is_shown", lambda at, candidate: True)
     monkeypatch.setattr(module, "misalignment_of", lambda at, candidate: -50.0 if candidate.name == "time_offset" else -20.0)
-    module._step(seen, module._weighed(seen), refusing(), lambda line: None)
+    module._step(scores, module._weighed(scores), refusing(), lambda line: None)
     assert tried == ["time_offset", "clock_drift"]

@@ -33,18 +33,18 @@ def integrated(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.fixture(scope="module")
-def nominal(seen) -> tuple[np.ndarray, np.ndarray]:
+def nominal(scores) -> tuple[np.ndarray, np.ndarray]:
     """Without an effect."""
-    return integrated(dataclasses.replace(seen.fitted.problem, start=seen.fitted.at))
+    return integrated(dataclasses.replace(scores.fitted.problem, start=scores.fitted.at))
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_signals_are_the_change_of_the_readings(seen, nominal, name):
-    candidate = probed(seen, name)
+def test_signals_are_the_change_of_the_readings(scores, nominal, name):
+    candidate = probed(scores, name)
     strengths = np.full(len(candidate.signals), SMALL)
-    problem, near = extended(seen, candidate, strengths)
+    problem, near = extended(scores, candidate, strengths)
     readings, end = integrated(dataclasses.replace(problem, start=near))
-    seen_by, end_by = responses(seen.by, seen.fitted.problem.chains, list(candidate.signals))
+    seen_by, end_by = responses(scores.by, scores.fitted.problem.chains, list(candidate.signals))
     for found, whole, before in ((seen_by @ strengths, readings, nominal[0]), (end_by[:, :2] @ strengths, end, nominal[1])):
         change = whole - before
         off = np.sqrt(np.mean((found - change) ** 2))

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from identification.diagnosis.diagnose import diagnose_experiment
-from identification.diagnosis.look import among_effects, known_effects, limit_warning, look
+from identification.diagnosis.scores import among_effects, known_effects, limit_warning, score_all
 from identification.estimation.estimate import fit_experiment, with_effects
 from identification.experiment import load_experiment
 from identification.result.result import OK
@@ -30,9 +30,9 @@ def dragging(tmp_path_factory):
     return load_experiment(folder)
 
 
-def test_a_term_is_scored_as_the_listed_effect_of_its_law(seen):
+def test_a_term_is_scored_as_the_listed_effect_of_its_law(scores):
     own = terms(["hard=-a*u**3"])
-    found = {one.candidate.name: one for one in look(seen.fitted, ["cubic_stiffness", "hard"], own).listed}
+    found = {one.candidate.name: one for one in score_all(scores.fitted, ["cubic_stiffness", "hard"], own).listed}
     listed, mine = found["cubic_stiffness"], found["hard"]
     assert listed.gain > 0.0 and mine.gain == pytest.approx(listed.gain, rel=1e-6)
     assert mine.strengths == pytest.approx(listed.strengths, rel=1e-6)
@@ -100,7 +100,7 @@ def test_terms_are_named_among_the_effects():
         among_effects(only=["los"], terms=own)
 
 
-def test_what_cannot_act_in_these_records_is_said(seen):
+def test_what_cannot_act_in_these_records_is_said(scores):
     """A stop that is never reached so deep."""
     with pytest.raises(InputError, match="is zero all over the motion of these records"):
-        with_effects(seen.fitted, ["deep"], terms=terms(["deep=-a*max(delta - 1, 0)"]), progress=lambda line: None)
+        with_effects(scores.fitted, ["deep"], terms=terms(["deep=-a*max(delta - 1, 0)"]), progress=lambda line: None)

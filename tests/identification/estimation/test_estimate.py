@@ -76,8 +76,8 @@ def test_every_record_alone_agrees_where_the_rig_is_the_same_in_all(fitted):
 def test_an_unidentifiable_mass_leaves_the_stiffness_without_an_error(small):
     """A motion without forces determines the natural frequency, and the mass not at all."""
     drop, _ = small.records
-    seen = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
-    found = fit_experiment(dataclasses.replace(small, records=(seen,), mass_is_known=False))
+    scores = dataclasses.replace(drop, channels={"hammer_displacement": drop.channels["hammer_displacement"]})
+    found = fit_experiment(dataclasses.replace(small, records=(scores,), mass_is_known=False))
     status = {p.spec.name: p.status for p in found.parameters}
     assert (status["m"], status["f_n"]) == (NOT_IDENTIFIABLE, OK)
     assert [d.stderr for d in found.derived] == [None, None]

@@ -1,4 +1,4 @@
-"""A look at everything that could be missing: all candidates scored beside one fitted model, the best with all variances estimated anew."""
+"""Scores of all candidates beside one fitted model, and the best of them with all variances estimated anew."""
 
 import dataclasses
 import itertools
@@ -79,7 +79,7 @@ class Scored:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Look:
+class Scores:
     """All candidates beside one fitted model.
 
     Attributes:
@@ -149,7 +149,7 @@ def read_off_loops(problem: Problem, scales: ProbeScales, effect: AbstractEffect
     return likelier_start(*read, (*names, *own), at_strengths)
 
 
-def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Look:
+def score_all(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formula] = ()) -> Scores:
     """Score every listed effect and every term of the user that the model does not hold, and the free forms.
 
     Scores hold the variances, which what is missing may have made too large: every candidate is scored under several (`_variances`), and
@@ -165,7 +165,7 @@ def look(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[Formu
     listed = _scored(fitted, by, candidates)
     forms = [Candidate(name=one.name, members=one.members, signals=one.signals, form=one) for one in free_forms(fitted, along, scales)]
     free = _scored(fitted, by, forms)
-    return Look(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
+    return Scores(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
 
 
 def best_of_each(found: Sequence[Scored]) -> dict[tuple[str, str], Scored]:
@@ -235,22 +235,22 @@ def limit_warning(among: Collection[str]) -> tuple[str, ...]:
     return (f"{LIMITED}: of the listed effects, {text}",)
 
 
-def weighed_anew(seen: Look, one: Scored | None) -> Reestimated:
+def weighed_anew(scores: Scores, one: Scored | None) -> Reestimated:
     """The model with a candidate at first order, or without any, and all variances estimated anew."""
-    columns = responses(seen.by, seen.fitted.problem.chains, [] if one is None else list(one.candidate.signals))
+    columns = responses(scores.by, scores.fitted.problem.chains, [] if one is None else list(one.candidate.signals))
     if one is None or one.directions is None:
-        return reestimated(seen.fitted, *columns)
+        return reestimated(scores.fitted, *columns)
     told = one.directions
-    found = reestimated(seen.fitted, columns[0] @ told, columns[1] @ told)
+    found = reestimated(scores.fitted, columns[0] @ told, columns[1] @ told)
     return dataclasses.replace(found, strengths=told @ found.strengths, covariance=told @ found.covariance @ told.T)
 
 
-def all_weighed_anew(seen: Look, candidates: Sequence[Scored]) -> list[Reestimated | None]:
+def all_weighed_anew(scores: Scores, candidates: Sequence[Scored]) -> list[Reestimated | None]:
     """Every candidate `weighed_anew`, side by side; None for one that takes the motion too far at first order to be weighed."""
 
     def one(candidate: Scored) -> Reestimated | None:
         try:
-            return weighed_anew(seen, candidate)
+            return weighed_anew(scores, candidate)
         except np.linalg.LinAlgError:
             return None
 
