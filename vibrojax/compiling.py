@@ -65,7 +65,7 @@ def in_kernel() -> Iterator[None]:
 
 
 def soon_compiled(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
-    """Decorator like `equinox.filter_jit`, for programs of which compiling takes as long as running them."""
+    """Decorator like `equinox.filter_jit`, for programs that take as long to compile as to run."""
     return cast(Any, eqx.filter_jit)(function, compiler_options=_SOON)  # its types do not list what it hands on to `jax.jit`
 
 

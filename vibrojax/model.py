@@ -87,7 +87,7 @@ class Model(eqx.Module):
 
     @property
     def record_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of effects of which every record has its own value."""
+        """Parameters of effects that have a value for each record."""
         return tuple(p for p in self._of_effects() if p.per_record)
 
     def values(self) -> dict[str, Number]:

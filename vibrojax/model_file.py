@@ -49,7 +49,7 @@ def model_document(model: Model, *, provenance: Mapping[str, Any] | None = None)
     """What `model.json` holds: mass in kg, suspension by field, law and effects by parameter name, and the unit of each number.
 
     An effect that acts in one record or on one channel names it (`record`, `channel`), and a free form its `coordinate`, its `knots`
-    and whether it differs `by_direction`; a term of the user has its `formula`. A parameter of which every record has its own value is
+    and whether it differs `by_direction`; a term of the user has its `formula`. A parameter that has a value for each record is
     written as the model holds it, zero unless it was set. `effects` is left out where there are none; so are `load`, known constant forces,
     and `recorder`, known filters.
 

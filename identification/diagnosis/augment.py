@@ -57,7 +57,7 @@ def refitted(problem: Problem, near: Estimate | None, beside: Fitted, progress: 
     Args:
         problem: that begins at the measured trajectory.
         near: estimate of it from another model; None where that says nothing.
-        beside: that model, of which the variances begin.
+        beside: that model, from whose variances the fit starts.
         simpler: model that it contains. The first fit is good enough where it is as likely, unless it takes so much for random that scores
             would not order candidates; without a force it is, unless reading errors had taken its place. Of two fits, one better
             `only_by_force` comes second.
@@ -103,8 +103,8 @@ def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tup
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
     None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a lateness that
-    the records show without a model: that motion followed channels of which one was late. A lateness that was `aligned` begins as it is,
-    whatever its strength.
+    the records show without a model: that motion followed channels while one of them was late. A lateness that was `aligned` begins as it
+    is, whatever its strength.
     """
     whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
     if is_aligned and is_shown_late(scores, candidate):

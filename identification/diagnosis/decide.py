@@ -23,7 +23,7 @@ BEYOND_NOISE = 1.5
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What speaks for an effect; by default a strength beyond doubt, and nothing is left over.
+    """Evidence for an effect; by default its strength is beyond doubt, and no free form gains.
 
     Attributes:
         gain: of twice the log marginal likelihood, all variances estimated anew in both models, everything refitted; that of the predictive
@@ -31,10 +31,10 @@ class Evidence:
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
-        errors: rms error of the free motion on that, before and after; None likewise.
+        errors: rms error of the free motion on that, before and after; None where nothing can be left out.
         strength: of its strongest part, over the standard error.
         drives: the part of it that would drive the motion, of an effect that can only brake it, over the standard error.
-        left: largest gain of a free form over the model with the effect, likewise, with its columns and the number of forms.
+        left: largest gain of a free form over the model with the effect, of the same likelihoods, with its columns and the number of forms.
     """
 
     gain: float

@@ -386,7 +386,7 @@ def _twins(step: Step) -> list[Alternative]:
 
 
 def _next_experiment(experiment: Experiment, found: Search, twins: dict[str, list[Alternative]], side: Side) -> str:
-    """The record that would best separate the first effect with twins from those of which the fitted model was kept."""
+    """The record that would best separate the first effect with twins from those whose fitted model was kept."""
     step = next(step for step in found.steps if twins[step.alternatives[0].name])
     best = step.alternatives[0]
     named = found.final if step.beside_later else best.fitted

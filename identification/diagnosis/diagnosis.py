@@ -139,7 +139,7 @@ class Considered:
         chance: probability that noise alone gives as much (Bonferroni).
         drop: improvement of twice the log-likelihood after the refit, at first order with all variances estimated anew where it was not
             fitted; None where it was not weighed, or its fit failed.
-        bic: Bayesian information criterion on the records fitted, less that of the best; None likewise.
+        bic: Bayesian information criterion on the records fitted, less that of the best; None as for `drop`.
         held_out: improvement of twice the log predictive density of the records held back; None without any, or where it was not fitted.
         beside: effects already in the model.
     """
@@ -179,7 +179,7 @@ class Side:
 
     @property
     def varying(self) -> tuple[str, ...]:
-        """Names of the parameters of which the model has a value for each record."""
+        """Names of the parameters that have a value for each record in the model."""
         return tuple(one.name for one in self.disagreements if one.modelled)
 
 

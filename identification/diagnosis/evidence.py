@@ -1,4 +1,4 @@
-"""What speaks for an effect: the evidence that `decide` weighs, from fitted models and what they predict."""
+"""Evidence for an effect, from fitted models and what they predict; `decide` weighs it."""
 
 import dataclasses
 
@@ -109,14 +109,14 @@ class Judge:
         return evidence
 
     def evidence(self, before: Fitted, after: Fitted, gain: float, degrees: int, tried: int, *, in_turn: bool = True) -> Evidence:
-        """Of an effect or a free form, by what the models before and after it predict; nothing is left over as yet.
+        """Of an effect or a free form, by what the models before and after it predict; free forms are not compared yet.
 
         Args:
             before: model without it.
             after: model with it.
             gain: as in `Evidence`.
-            degrees: likewise.
-            tried: likewise.
+            degrees: as in `Evidence`.
+            tried: as in `Evidence`.
             in_turn: whether records left out in turn count where none is held back.
         """
         held_out = errors = None

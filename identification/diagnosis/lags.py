@@ -68,7 +68,7 @@ def misalignment(records: Sequence[Record], channel: str) -> Callable[[Lateness]
     smooth as these, and compared at a quarter of their half width. Beyond the ends of a record nothing is known of it.
 
     Args:
-        records: of which those count that hold the channel and another one of the hammer.
+        records: those that hold the channel and another one of the hammer count.
         channel: for which `lags` has a delay.
     """
     found = [(record.time[0], _jerks(record)) for record in records if record.kind != "prescribed" and channel in record.channels]

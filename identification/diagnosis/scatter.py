@@ -40,7 +40,7 @@ def contradicted(fitted: Fitted) -> tuple[str, ...]:
 def gain_of_values(fitted: Fitted, names: tuple[str, ...]) -> tuple[float, int]:
     """Gain of twice the log likelihood by a value in each record, and how many standard deviations that adds.
 
-    Values are normal about a common mean. At first order, all variances estimated anew; of those parameters of which that says most by the
+    Values are normal about a common mean. At first order, all variances estimated anew; of those parameters that gain most by the
     information criterion, among the first ones, as far as their values are not too many to be weighed; 0 of none.
     """
     chains, linear, unknowns = fitted.problem.chains, fitted.linear, fitted.problem.unknowns

@@ -240,9 +240,9 @@ def weighed_anew(scores: Scores, one: Scored | None) -> Reestimated:
     columns = responses(scores.by, scores.fitted.problem.chains, [] if one is None else list(one.candidate.signals))
     if one is None or one.directions is None:
         return reestimated(scores.fitted, *columns)
-    told = one.directions
-    found = reestimated(scores.fitted, columns[0] @ told, columns[1] @ told)
-    return dataclasses.replace(found, strengths=told @ found.strengths, covariance=told @ found.covariance @ told.T)
+    identified = one.directions
+    found = reestimated(scores.fitted, columns[0] @ identified, columns[1] @ identified)
+    return dataclasses.replace(found, strengths=identified @ found.strengths, covariance=identified @ found.covariance @ identified.T)
 
 
 def all_weighed_anew(scores: Scores, candidates: Sequence[Scored]) -> list[Reestimated | None]:

@@ -32,7 +32,7 @@ def sentences(
 
     `ambiguous`: by effect, others that the records do not separate from it. `unrest`: random force beside the final model.
     `beyond`: errors of readings over the noise declared, by channel, where they are larger.
-    `longer`: likewise over the noise that is seen from sample to sample, where none is declared.
+    `longer`: the same over the noise between neighbouring samples, where none is declared.
     `reasons`: why the best listed effects are not asserted, by name. `limited`: not all listed effects were looked for.
     """
     unseen = "records left out in turn" if len(before.records) > 1 else "the later half of the record, left out"

@@ -56,7 +56,7 @@ def held_back_chain(fitted: Fitted, experiment: Experiment, progress: Progress =
 
 
 def _begin(fitted: Fitted, held_back: Problem) -> Variances | None:
-    """Variances that held-back records begin with: those of the fit; None where it has no random force, of which these may have one."""
+    """Variances that held-back records begin with: those of the fit; None where it has no random force: these may have one."""
     force = fitted.variances.force
     if vanishes(fitted.problem, force):
         return None
@@ -100,7 +100,7 @@ def horizons(fitted: Fitted) -> tuple[tuple[Horizon, ...], ...]:
         part, hz = pieces.of_record(index), frequency(problem, at, record)
         count, duration = part.stop - part.start, float(np.median(pieces.duration[part]))
         reach = {periods: max(1, round(periods / (hz * duration))) for periods in PERIODS} if hz > 0 else {}
-        past = max(1, round(1.0 / (hz * duration))) if hz > 0 else count  # a period, from which a state can be told
+        past = max(1, round(1.0 / (hz * duration))) if hz > 0 else count  # a period, which determines a state
         starts = np.unique(np.linspace(past, count - 1, 24).astype(int)) if past < count else np.zeros(0, int)  # 24 at most
         begin = np.concatenate([[0], starts])
         first = fitted.at.states[problem.chains.knots[index].start]

@@ -56,7 +56,7 @@ FAR = 10.0
 SLIP = 5e-3
 """m: a gap that was set wrong by more is no setting error, which a fit estimates with a standard deviation of a millimetre."""
 ONE_MOTION = (ONE_BODY[0], ("relative_displacement", "hammer_acceleration"), ONE_BODY[1])
-"""Channels of which one may be computed from the other."""
+"""Pairs of channels: one may be computed from the other."""
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def even_time(time: Stamps, channels: Iterable[Float64[np.ndarray, " _"]], digit
 
 
 def _last_digit(steps: Float64[np.ndarray, " steps"]) -> float:
-    """The power of ten by which the only two sizes of step differ, and of which both are multiples; 0 where they are not such."""
+    """The power of ten by which the only two sizes of step differ, where both are multiples of it; else 0."""
     low, high = float(steps.min()), float(steps.max())
     if high - low <= IRREGULAR_SPREAD * low:
         return 0.0

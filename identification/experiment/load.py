@@ -120,7 +120,7 @@ _MOTION = (*MOTION_CHANNELS, "hammer_acceleration")
 
 
 def check_fittable(records: Sequence[Record], *, mass_is_known: bool) -> None:
-    """Refuse records of which no fit could say anything: without the hammer's motion, or without a force where the mass is estimated."""
+    """Refuse records that no fit can use: without the hammer's motion, or without a force where the mass is estimated."""
     for record in records:
         if not record.channels.keys() & set(_MOTION):
             raise ExperimentError(

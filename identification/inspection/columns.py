@@ -403,7 +403,7 @@ def _says(name: str, words: tuple[str, ...]) -> bool:
 
 
 def _first_said(name: str, table: dict[str, tuple[str, ...]]) -> str | None:
-    """The first entry of a table of which a column's name holds a word."""
+    """The first entry of a table whose word a column's name contains."""
     return next((entry for entry, words in table.items() if _says(name, words)), None)
 
 

@@ -29,7 +29,7 @@ _OF_PREDICTED = "; NRMSE, 2Δln p: error, and twice the log predictive density l
 class LawScore:
     """One law's fit beside that of the best law.
 
-    `contact` holds the parameters of the law with their errors, of which `count` were estimated from so many `samples`. Less those of the
+    `contact` holds the parameters of the law with their errors; `count` of them were estimated from so many `samples`. Less those of the
     best law: `gain`, twice the log-likelihood; `bic`, the Bayesian information criterion, 0 or more; `density_gain`, twice the log
     predictive density of the records held back, whose rms normalised error is `nrmse`. None where a number is not known or is one of other
     samples than the best law's.

@@ -133,10 +133,10 @@ def contradicting(result: FitResult) -> str:
 
 
 def parts(result: FitResult) -> Iterator[Part]:
-    """Every channel that was fitted, in flight and in contact, but of records whose free motion the noise of their input takes astray."""
-    astray = {record.file for record in result.experiment.records if any(input_noise(record))}
+    """Every fitted channel, in flight and in contact, but of records whose free motion follows the noise of their input."""
+    noisy = {record.file for record in result.experiment.records if any(input_noise(record))}
     for record in result.records:
-        if record.file in astray:
+        if record.file in noisy:
             continue
         for channel in record.chi2_reduced:
             r = residual(record, channel)

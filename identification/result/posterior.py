@@ -87,7 +87,7 @@ class PosteriorSample:
 def weighted(
     names: tuple[str, ...], units: tuple[str, ...], *, draws: np.ndarray, log_density: np.ndarray, log_proposal: np.ndarray
 ) -> PosteriorSample:
-    """The sample with weights, density over that of the draws, of which ArviZ smooths the tail."""
+    """The sample with weights, density over that of the draws; ArviZ smooths their tail."""
     ratio = np.where(np.isfinite(log_density), log_density - log_proposal, -np.inf)
     log_weight, tail = arviz().psislw(np.where(np.isfinite(ratio), ratio, np.nanmin(ratio[np.isfinite(ratio)]) - 700.0))
     weight = np.exp(np.asarray(log_weight) - np.max(log_weight))

@@ -146,7 +146,7 @@ class Reduced:
     def scored(self, columns: Sequence[int], counts: Bool[np.ndarray, "records columns"]) -> "Score | None":
         """Score of a candidate by its columns, each in the records in which it counts; None where it takes the motion too far.
 
-        Directions of which everything else says the same have no information left, and count for nothing.
+        Directions that everything else can replace have no information left, and do not count.
         """
         both = counts[:, :, None] & counts[:, None, :]
         chosen = np.ix_(range(len(counts)), columns, columns)
@@ -242,7 +242,7 @@ def reestimated(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> Reestimate
 
 
 def _with_columns(fitted: Fitted, seen: np.ndarray, end: np.ndarray) -> tuple[Problem, Linearised, Estimate]:
-    """The problem with further shared unknowns, of which the derivatives are given."""
+    """The problem with further shared unknowns, whose derivatives are given."""
     problem, linear, at, count = fitted.problem, fitted.linear, fitted.at, seen.shape[-1]
     unknowns, border = problem.unknowns, problem.border
     place = len(unknowns.states) + 2 + len(unknowns.shared)

@@ -422,7 +422,7 @@ def equations(problem: Problem, at: Estimate, variances: Variances) -> tuple[Lin
 def _holds_readings(problem: Problem, force: RandomForce) -> bool:
     """Whether reading errors stay as they are: beside a stop, as long as the random force is as large as it may be.
 
-    They would take up what the force cannot, and let the contact law go astray.
+    They would take up what the force cannot, and the contact law would diverge.
     """
     return is_largest(problem, force) and not isinstance(problem.model.law, NoContact)
 

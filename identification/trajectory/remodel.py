@@ -121,7 +121,7 @@ def late_channels(model: Model) -> dict[str, Lateness]:
 
 
 def _sized(p: Parameter, value: float) -> Parameter:
-    """A parameter of which the usual size is its first value, by which steps are measured."""
+    """A parameter whose first value is its usual size, the unit of its steps."""
     return p if p.logarithmic or value == 0.0 else dataclasses.replace(p, scale=abs(value))
 
 

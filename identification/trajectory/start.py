@@ -181,7 +181,7 @@ def _first(
         return first_guesses(guided, model, motions)
 
     values, gap_errors = guessed(usual | given)
-    if earlier:  # gaps are read off the same loops as a contact law, of which all may be known
+    if earlier:  # gaps are read off the same loops as a contact law, even where all of the law is known
         gap_errors = guessed(usual)[1]
     if isinstance(model.law, AbstractInstantaneousLaw):
         gap_errors = np.array([_furthest(record, motion) for record, motion in zip(records, motions, strict=True)])

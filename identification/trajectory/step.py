@@ -22,7 +22,7 @@ NO_STEP = 0.02
 class Stride:
     """How much of each step is taken: none moves a parameter too far, and none goes back and forth.
 
-    Where a parameter's step turns back on the one before, of which a share was taken, the line through both puts the place of no step at
+    Where a parameter's step turns back on the one before, and a share of that was taken, the line through both puts the place of no step at
     about share / (1 + r) of it, with r the ratio of their lengths (secant rule).
     """
 

@@ -150,7 +150,7 @@ def joined(words: Sequence[str], last: str = "and") -> str:
 
 
 def grouped(said: Iterable[tuple[str, str]]) -> list[str]:
-    """What is said of something, once for all of which the same is said.
+    """Statements, each once, with all that it holds for.
 
     Example:
         >>> grouped([("a.csv", "too short"), ("b.csv", "one gap"), ("c.csv", "too short")])

@@ -97,7 +97,7 @@ class AbstractEngine(eqx.Module):
         Arguments:
             lanes: the rigs.
             state: of every lane at a strobe.
-            cycles: how many; this and the next are static numbers, for each pair of which a program is compiled. Or an array: how many of
+            cycles: how many; this and the next are static numbers: a program is compiled for each pair. Or an array: how many of
                 each lane, from 1 to `recorded`.
             recorded: how many of them, the last ones, are handed back; the tables may have more rows, which mean nothing.
         """

@@ -26,7 +26,7 @@ def in_one_kernel(
 
     Arguments:
         engine: one whose `in_kernel` says that Pallas lowers it.
-        form: tree of the `Lanes` of which `rigs` holds the leaves.
+        form: tree of the `Lanes` whose leaves are in `rigs`.
         cycles: see `AbstractEngine.advance`; None where they are the last row of the state.
         recorded: the same.
         rigs: one row a leaf, `(rows, lanes)`.

@@ -72,8 +72,8 @@ def find_orbits(
     """Periodic orbits near guesses: x with P^q(x) = x, P the map from strobe to strobe, by Newton's method.
 
     x <- x - (M - 1)^-1 (P^q(x) - x), with the monodromy matrix M = dP^q/dx from two disturbed motions beside each guess. M is kept as
-    long as the steps shrink fast. In contact at the strobe, the speed of the touch before, of which some laws' force depends, is that with
-    which the period before has ended. Stable where |tr M| < 1 + det M and det M < 1 (Jury's conditions).
+    long as the steps shrink fast. In contact at the strobe, the speed of the touch before, on which the force of some laws depends, is that
+    at the end of the period before. Stable where |tr M| < 1 + det M and det M < 1 (Jury's conditions).
 
     For rigs without effects, whose map is the same in every cycle.
 

@@ -117,7 +117,7 @@ def integrate(
     Arguments:
         model: the rig; effects and any suspension are allowed.
         points: where, see `grid`.
-        span: how long; by default 300 cycles, of which 16 are recorded, or until the orbit has closed.
+        span: how long; by default 300 cycles, the last 16 recorded, or until the orbit has closed.
         engine: the method; by default `ExactFlight` where it fits the model, else `Stepping`. The answer says which.
         start: state of every lane at t = 0, in place of u0 and v0, such as that of an earlier batch.
         chunk: lanes that are stepped side by side; by default 64. On a GPU all of them or 131,072, and always a multiple of 64; lanes

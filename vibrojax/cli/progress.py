@@ -44,7 +44,7 @@ class _TimeLeft:
         self._what, self._first, self._last, self._since = ("", ""), 0, 0, 0.0
 
     def after(self, stage: str) -> str:
-        """The stage, with the seconds left where these can be told and are worth saying."""
+        """The stage, with the seconds left where they are known and worth saying."""
         found = None if isinstance(stage, WarningLine) else _COUNT.match(stage)
         if found is None:
             return stage

@@ -197,14 +197,14 @@ def _swept(name: str, shared: Shared, followed: str | None, ranges: dict[str, tu
 
 
 def _ranges(preset: Any) -> dict[str, tuple[float, float]]:
-    """What a preset's studies sweep where they are not told; initial states reach from four gaps behind the hammer to the stop."""
+    """What a preset's studies sweep by default; initial states reach from four gaps behind the hammer to the stop."""
     gap, frequency = preset.point["gap"] or preset["base_amplitude"], preset.point[FREQUENCY]
     reach = 8.0 * math.pi * gap * frequency
     return {**preset.ranges, "u0": (-4.0 * gap, gap), "v0": (-reach, reach)}
 
 
 def _jobs(name: str, shared: Shared, rig: Rig, axes: dict[str, list[float]], settings: dict[str, Any]) -> list[tuple[str, Any]]:
-    """The study for every combination of values of which it holds only one, with what that adds to the files' names."""
+    """The study for every combination of the values that it holds one at a time, with what that adds to the files' names."""
     from vibrojax.studies.job import Job
 
     varied = named("--vary", shared.vary or [])

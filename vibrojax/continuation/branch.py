@@ -53,7 +53,7 @@ class Curve:
     """The curve P^p(x; parameter) = x of one family of orbits in scaled coordinates.
 
     Arguments:
-        rig: the rig, all numbers but one of which stay.
+        rig: the rig; all its numbers but one stay.
         name: of the parameter that varies along the curve.
         cycles: p.
         landing: the integrator.

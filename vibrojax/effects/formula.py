@@ -232,7 +232,7 @@ def terms(texts: Sequence[str], starts: Mapping[str, float] | None = None) -> tu
 
 
 def _check_on_a_motion(term: Formula) -> None:
-    """Refuse a formula that is not finite on a motion of usual size, or of which no motion tells all parameters apart."""
+    """Refuse a formula that is not finite on a motion of usual size, or whose parameters no motion distinguishes."""
     read, size = read_formula(term.formula), _REFERENCE
     points = _points(size["amplitude"], size["speed"], size["time"], 0.1 * size["amplitude"])
     values = dict.fromkeys(read.strengths, 1.0) | next(_first_values(term, size["amplitude"], size["speed"], size["force"]))

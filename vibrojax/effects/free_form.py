@@ -70,7 +70,7 @@ def hats(
 
 
 def _equation(effect: "FreeForm") -> str:
-    """Of which coordinate it is a function."""
+    """The coordinate that it is a function of."""
     left = f"{effect.of_channel} = value + " if effect.of_channel else "force = "
     of = "value" if effect.coordinate == _READING else _OF_MOTION[effect.coordinate].symbol
     way = ", sign u'" if effect.by_direction else ""

@@ -61,7 +61,7 @@ class ProbeScales:
         sampling: shortest interval, s.
         law: the contact law as fitted.
         tied: whether more than the one channel sets the size of the motion: another channel, a known force or motion of the cart, a length,
-            impacts at a gap that was set. Otherwise a gain is the unit of length, of which these records say nothing.
+            impacts at a gap that was set. Otherwise a gain is the unit of length, which these records do not determine.
     """
 
     mass: float
@@ -89,7 +89,7 @@ class ProbeScales:
 
     @property
     def band(self) -> tuple[float, float]:
-        """From the frequency of which the longest record holds three periods to somewhat below Nyquist's, Hz."""
+        """From three periods in the longest record to somewhat below Nyquist's frequency, Hz."""
         return 3.0 / max(last - first for first, last in self.clock.values()), 0.4 / self.sampling
 
     def frequencies(self, ratio: float, highest: float = math.inf) -> tuple[float, ...]:

@@ -215,7 +215,7 @@ class ClockDrift(AbstractChannelFault):
 
 
 def _periodic(symbol: str, meaning: str) -> Any:
-    """Sine or cosine part of something periodic in one channel, of which every record has its own."""
+    """Sine or cosine part of something periodic in one channel; each record has its own."""
     return parameter(symbol, UNIT_OF_CHANNEL, start=0.0, lower=-np.inf, scale=1e-4, per_record=True, meaning=meaning)
 
 

@@ -58,7 +58,7 @@ class Preset:
         law: "kelvin-voigt-clipped" (from stiffness and restitution) or "hunt-crossley".
         gaps: that the rig was set to, m; stated, but where `gap` is among the numbers.
         numbers: by name.
-        ranges: what a study sweeps where it is not told: both ends of `frequency_hz`, `gap` and `base_amplitude`, SI.
+        ranges: what a study sweeps by default: both ends of `frequency_hz`, `gap` and `base_amplitude`, SI.
         point: where a study of one operating point is made: `frequency_hz` and `gap`, SI.
     """
 

@@ -41,7 +41,7 @@ def bifurcation(
         parameter: `frequency_hz`, `gap`, or a parameter of the model.
         values: increasing, at least 3.
         base_amplitude: A0, m.
-        span: cycles at each value; by default 150, or fewer where the orbit closes, of which 32 are recorded.
+        span: cycles at each value; by default 150, or fewer where the orbit closes; the last 32 are recorded.
         fixed: the other settings, among them `frequency_hz` and `gap` unless swept.
 
     Returns:

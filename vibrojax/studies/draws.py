@@ -21,7 +21,7 @@ _REMEDY = "expected the fit.json and model.json that one run of fit-parameters w
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Draws:
-    """Parameter values of which each is one possible truth.
+    """Sets of parameter values, each one possible truth.
 
     Attributes:
         names: of the parameters that were drawn.

@@ -89,7 +89,7 @@ class Job:
         model: the rig.
         axes: values by argument, for each of the study's axes; "direction" of a sweep may be left out.
         settings: its other arguments.
-        draws: parameter values of which each makes the study once; None for the model's own.
+        draws: sets of parameter values, each of which makes the study once; None for the model's own.
         points: operating points in a tile; by default the study's own.
 
     Example:

@@ -61,7 +61,7 @@ class Columns:
     Attributes:
         names: every column of the file, in its order, wanted or not.
         values: the wanted columns that the file holds, float64, shape (samples,) each; their lengths may differ.
-        units: of the wanted columns, as the file itself states them; a column of which it says nothing is left out.
+        units: of the wanted columns, as the file itself states them; a column without one is left out.
         notices: sentences on what had to be concluded in reading.
         lost: samples that hold no reading by the file's own marks.
     """
