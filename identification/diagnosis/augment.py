@@ -102,15 +102,16 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
 def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
-    None of that where the model without has no stop: its motion went through the one that the effect brings; and beside a lateness that
-    the records show without a model: that motion followed channels while one of them was late. A lateness that was `aligned` begins as it
-    is, whatever its strength.
+    None of that where the model without has no stop: its motion went through the one that the effect brings; and in a model without other
+    effects, beside a filter of all channels and a lateness that the records show without a model: that motion followed readings in which
+    the effect was not undone. A lateness that was `aligned` begins as it is, whatever its strength.
     """
     whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
     if is_aligned and is_shown_late(scores, candidate):
-        problem, _ = _with(scores.fitted, candidate.members)
-        return begun_from(problem, tuple(_moved_back(record, candidate.members[0]) for record in problem.experiment.records)), None
+        return _begun_undone(_with(scores.fitted, candidate.members)[0], candidate.members[0]), None
     effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
+    if effect.does("undone") and not (_makes_late(candidate) or whole.effects):
+        return _begun_undone(_with(scores.fitted, (effect,))[0], effect), None
     problem, near = _with(scores.fitted, (*whole.effects, effect), own=own, states=_states(scores, effect))
     if not effect.does("stop"):
         return problem, near
@@ -134,13 +135,31 @@ def _is_aligned(scores: Scores, candidate: Candidate) -> bool:
     return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(scores.scales.latest)))) > scores.scales.sampling
 
 
-def _moved_back(record: Record, effect: AbstractEffect) -> Record:
-    """The record with its late channel moved back by the delay; an input of the rig stays, as the segments have it."""
-    channel = effect.channel or ""
-    if channel not in record.channels or channel in driving_channels(record):
-        return record
-    at = record.time + np.asarray(effect.lateness(jnp.asarray(record.time)))
-    return dataclasses.replace(record, channels={**record.channels, channel: np.interp(at, record.time, record.channels[channel])})
+def _begun_undone(problem: Problem, effect: AbstractEffect) -> Problem:
+    """The problem that begins at the motion that its records show once the effect is undone in them, with the memory of its filters."""
+    records, chains = problem.experiment.records, problem.chains
+    before = tuple(_undone(record, effect) for record in records)
+    begun = begun_from(problem, before)
+    states = begun.start.states.copy()
+    own = [place for place, name in enumerate(problem.unknowns.states) if name.startswith(f"{effect.name}.")]
+    for knots, record, ideal in zip(chains.knots, records, before, strict=True):
+        kept = np.asarray(effect.memory(ideal.channels, record.channels, jnp.zeros((len(record.time), len(own)))))
+        states[knots, own] = kept[np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)]
+    return dataclasses.replace(begun, start=dataclasses.replace(begun.start, states=states))
+
+
+def _undone(record: Record, effect: AbstractEffect) -> Record:
+    """The record as ideal sensors would have it, and the noise that this leaves; an input of the rig stays, as the segments have it."""
+    read = {name: jnp.asarray(values) for name, values in record.channels.items() if name not in driving_channels(record)}
+    time, impulse = jnp.asarray(record.time), jnp.zeros(len(record.time)).at[len(record.time) // 2].set(1.0)
+    ideal = effect.undone(read, time)
+    changed = [name for name in read if ideal[name] is not read[name]]
+    louder = {name: float(jnp.linalg.norm(effect.undone({name: impulse}, time)[name])) for name in changed}
+    return dataclasses.replace(
+        record,
+        channels=record.channels | {name: np.asarray(ideal[name]) for name in changed},
+        noise={name: std * max(louder.get(name, 1.0), 1.0) for name, std in record.noise.items()},
+    )
 
 
 def aligned(scores: Scores, scored: Scored) -> Scored:

@@ -205,13 +205,17 @@ def _forward(
             scores = score_all(found.final, among, terms)
             found = found if found.steps else dataclasses.replace(found, first=scores)
             weighed, names = _weighed(scores), contradicted(found.final)
-            if names and _says_more(scores, names, weighed):
-                if (varied := with_values(found.final, names, progress)) is not None:
+            step = None
+            if names and weighed and hides_the_order(scores.fitted, weighed[0][1].variances):  # then gains at first order compare nothing
+                step = _step(scores, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
+            if names and (step is not None or _says_more(scores, names, weighed)):
+                varied = with_values(found.final, names, progress) if step is None or step.finished else None
+                if varied is not None and not (step is not None and _is_likelier(step, varied)):
                     found = _beside_values(found, varied)
                     continue
                 names = ()
-            step = _step(scores, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
-            taken = step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
+            step = step or _step(scores, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
+            taken = _taken(step)
             if taken is not None and step.alternatives[0].candidate.form is None:
                 found = dataclasses.replace(found, final=taken, steps=(*found.steps, step), finished=step.finished)
             elif taken is None and names and step.finished and (varied := with_values(found.final, names, progress)) is not None:
@@ -226,6 +230,20 @@ def _forward(
 def _names(found: Search) -> list[str]:
     """Of the effects taken in."""
     return sorted(step.alternatives[0].name for step in found.steps)
+
+
+def _taken(step: Step) -> Fitted | None:
+    """The model with what a step takes in; None where it takes nothing in."""
+    return step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
+
+
+def _is_likelier(step: Step, varied: Fitted) -> bool:
+    """Whether what a step takes in is likelier than a model with values in each record, both fitted, by the information criterion."""
+    if _taken(step) is None:
+        return False
+    before, best, price = step.scores.fitted, step.alternatives[0], np.log(max(step.scores.fitted.local.samples, 1))
+    values = before.deviance - varied.deviance - price * len(variations(varied.problem))
+    return bool(best.fitted_gain - price * best.degrees > values)
 
 
 def _beside_values(found: Search, varied: Fitted) -> Search:

@@ -12,6 +12,7 @@ import pytest
 
 from tests.effects import rig
 from tests.effects.scales import NOTHING, SCALES
+from tests.effects.start import at_start
 from vibrojax.channels import CHANNELS, channels
 from vibrojax.contact import Newton, NoContact
 from vibrojax.effects import EFFECTS, CoulombFriction, FallingRestitution, MissingStop
@@ -63,8 +64,8 @@ def test_says_what_it_is(effect):
         assert p.lower <= p.start <= p.upper and p.scale > 0
         assert p.meaning and p.symbol and p.unit
         assert not p.logarithmic or p.lower > 0
-    assert len({state.name for state in effect.own_states}) == len(effect.own_states)
-    assert all(state.unit and state.scale >= 0 for state in effect.own_states)
+    own = at_start(effect).own_states
+    assert len({state.name for state in own}) == len(own) and all(state.unit and state.scale >= 0 for state in own)
 
 
 @each_effect
@@ -136,8 +137,8 @@ def test_off_is_off_and_derivatives_are_finite_through_impacts(effect):
 
 @each_effect
 def test_hooks_take_one_instant_or_many(effect):
-    member, count = candidates(effect)[0][0], len(effect.own_states)
-    system = rig.system(member)
+    member = candidates(effect)[0][0]
+    system, count = rig.system(member), len(member.own_states)
     t, u, v = jnp.linspace(0.0, 0.6, 7), jnp.linspace(-6e-3, 1.2e-3, 7), jnp.linspace(-0.2, 0.2, 7)
     own, touching = 1e-4 * jnp.ones((7, count)), u > rig.GAP
     together = system.forces(t, u, v, own, touching, jnp.full(7, 0.1))

@@ -175,6 +175,20 @@ def test_a_time_constant_of_zero_is_an_ideal_recorder():
         np.testing.assert_array_equal(readings[name], given[name])
 
 
+def test_a_recorder_low_pass_is_undone_in_the_channels_that_it_follows():
+    followed = RecorderLowPass(1.5e-3, channels=("impact_force", "hammer_acceleration"))
+    readings, given, ts = read(followed)
+    assert [state.name for state in followed.own_states] == list(followed.channels)
+    undone = followed.undone(readings, jnp.asarray(ts))
+    for name in EVERY_CHANNEL:
+        assert (readings[name] is given[name]) == (name not in followed.channels)
+        np.testing.assert_allclose(undone[name], given[name], atol=1e-10 * np.abs(given[name]).max(), rtol=0, err_msg=name)
+
+
+def test_a_fit_follows_the_channels_that_are_recorded():
+    assert {one.channels for (one,) in RecorderLowPass.probe.candidates(SCALES)} == {tuple(SCALES.channels)}
+
+
 def test_candidates_are_cut_offs_between_the_suspension_and_half_the_sampling_rate():
     cut_offs = [1 / (2 * np.pi * one.time_constant) for (one,) in RecorderLowPass.probe.candidates(SCALES)]
     assert (cut_offs[0], cut_offs[-1]) == (pytest.approx(0.7 * SCALES.f_n), pytest.approx(0.4 / SCALES.sampling))

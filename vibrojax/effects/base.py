@@ -173,6 +173,10 @@ class AbstractEffect(eqx.Module):
         """What the recorder shows along a motion, from what an ideal one would; a channel that is not there stays away."""
         return readings
 
+    def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
+        """Readings of ideal sensors, from what the recorder shows at times t, s; of an effect whose inverse needs no motion."""
+        return readings
+
     def lateness(self, t: Scalars) -> Scalars:
         """Time by which its channel is late, s: at t it shows what was so much earlier; below zero, what is still to come."""
         return jnp.zeros_like(t)

@@ -153,7 +153,16 @@ _SIZES = {"m": 1e-3, "m/s^2": 10.0, "N": 100.0}
 
 def _low_passes(scales: ProbeScales) -> list["RecorderLowPass"]:
     """A grid of cut-off frequencies, from somewhat below the suspension's to somewhat below Nyquist's."""
-    return [RecorderLowPass(1.0 / (2.0 * math.pi * cut_off)) for cut_off in scales.frequencies(_CUT_OFF_RATIO) if scales.channels]
+    if not scales.channels:
+        return []
+    return [
+        RecorderLowPass(1.0 / (2.0 * math.pi * cut_off), channels=tuple(scales.channels)) for cut_off in scales.frequencies(_CUT_OFF_RATIO)
+    ]
+
+
+def _memories(effect: "RecorderLowPass") -> tuple[OwnState, ...]:
+    """The memory of every channel's filter."""
+    return tuple(OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]]) for channel in effect.channels)
 
 
 class RecorderLowPass(AbstractEffect):
@@ -165,6 +174,10 @@ class RecorderLowPass(AbstractEffect):
     filter of the same tau its output comes half a sample early. A motion of the cart or an applied force that is measured and drives the
     model is taken as recorded, behind the filter. Differentiable for tau > 0.
 
+    Arguments:
+        time_constant: tau, s.
+        channels: those that are followed, all by default. A fit follows the recorded ones: each costs it a state.
+
     Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989): the recursive filter of first order; anti-aliasing as in
     D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3.
     """
@@ -173,27 +186,29 @@ class RecorderLowPass(AbstractEffect):
     summary: ClassVar[str] = "a recorder that low-passes all channels alike"
     equation: ClassVar[str] = "r_i = a r_(i-1) + (1 - a) x_i in every channel,  a = exp(-dt/tau)"
     source: ClassVar[str] = "Oppenheim and Schafer 1989"
-    own_states: ClassVar[tuple[OwnState, ...]] = tuple(
-        OwnState(name=channel, unit=UNITS[channel], scale=_SIZES[UNITS[channel]]) for channel in EVERY_CHANNEL
-    )
-    """Memory of the filter of every channel that a recorder can have, whether it is recorded or not."""
+    own_states: ClassVar[tuple[OwnState, ...]] = property(_memories)  # type: ignore[assignment]
     probe: ClassVar[Probe] = Probe(_low_passes)
     is_fault: ClassVar[bool] = True
 
     time_constant: Value = parameter("τ_r", "s", start=1e-3, lower=1e-7, upper=1.0, meaning="time constant of the low-pass")
+    channels: tuple[str, ...] = eqx.field(static=True, default=EVERY_CHANNEL)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        recorded = [name for name in EVERY_CHANNEL if name in readings]
-        if not recorded:
+        places = {name: place for place, name in enumerate(self.channels) if name in readings}
+        if not places:
             return readings
-        values = jnp.stack([readings[name] for name in recorded], axis=-1)
-        memory = jnp.stack([own[0, EVERY_CHANNEL.index(name)] for name in recorded])
-        filtered = low_passed(motion.t, values, self.time_constant, memory)
-        return readings | {name: filtered[:, place] for place, name in enumerate(recorded)}
+        values = jnp.stack([readings[name] for name in places], axis=-1)
+        filtered = low_passed(motion.t, values, self.time_constant, own[0, np.array(list(places.values()))])
+        return readings | {name: filtered[:, column] for column, name in enumerate(places)}
+
+    def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
+        """x_i = r_i + (r_i - r_(i-1)) a_i / (1 - a_i), settled at the first sample."""
+        lost = 1.0 / jnp.expm1(jnp.diff(t) / self.time_constant)
+        return readings | {x: readings[x].at[1:].add(lost * jnp.diff(readings[x])) for x in self.channels if x in readings}
 
     def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
         """The filters', each in the unit of its channel."""
-        columns = [shown[name] - readings[name] if name in readings else own[:, place] for place, name in enumerate(EVERY_CHANNEL)]
+        columns = [shown[name] - readings[name] if name in readings else own[:, place] for place, name in enumerate(self.channels)]
         return jnp.stack(columns, axis=-1)
 
 

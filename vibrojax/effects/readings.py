@@ -10,7 +10,7 @@ from jax import lax
 from jaxtyping import Array, Float
 
 from vibrojax.channel_units import UNITS
-from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading
+from vibrojax.effects.base import UNIT_OF_CHANNEL, AbstractChannelFault, Motion, Own, Reading, Readings
 from vibrojax.effects.probe import Probe, ProbeScales
 from vibrojax.parameters import parameter
 from vibrojax.shapes import Scalars, Value
@@ -157,6 +157,15 @@ class TimeOffset(AbstractChannelFault):
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         return _interpolated(motion.t - self.lateness(motion.t), motion.t, value)
 
+    def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
+        return _moved_back(readings, self, t)
+
+
+def _moved_back(readings: Readings, effect: AbstractChannelFault, t: Float[Array, " time"]) -> Readings:
+    """Readings with the late channel moved back; beyond the ends of a record its outermost values, since a cubic would carry noise on."""
+    late = effect.of_channel
+    return readings | ({late: jnp.interp(t + effect.lateness(t), t, readings[late])} if late in readings else {})
+
 
 def _interpolated(at: Float[Array, " time"], ts: Float[Array, " time"], values: Float[Array, " time"]) -> Float[Array, " time"]:
     """Values at other times, by the cubic through the four samples around each."""
@@ -212,6 +221,9 @@ class ClockDrift(AbstractChannelFault):
 
     def reading(self, value: Reading, motion: Motion, own: Own) -> Reading:
         return _interpolated(motion.t - self.lateness(motion.t), motion.t, value)
+
+    def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
+        return _moved_back(readings, self, t)
 
 
 def _periodic(symbol: str, meaning: str) -> Any:

@@ -1,7 +1,9 @@
 """Where models with an effect begin."""
 
 import dataclasses
+from types import SimpleNamespace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
 from tests.identification.diagnosis.candidates import probed
 from vibrojax.contact import NoContact
-from vibrojax.effects import EFFECTS, BackStop, ClockDrift, TimeOffset
+from vibrojax.effects import EFFECTS, BackStop, ClockDrift, RecorderLowPass, TimeOffset
 from vibrojax.errors import NoConvergenceError
 
 
@@ -135,10 +137,37 @@ def test_a_delay_that_the_records_show_begins_at_the_channels_brought_together(s
     assert found.values(found.start)["k_i"] == pytest.approx(problem.values(problem.start)["k_i"], rel=0.05)
 
 
+def test_a_recorder_low_pass_begins_at_the_records_with_the_filter_undone(scores):
+    """At the motion of an ideal recorder, with the memory of every filter; beside another effect at the estimate without it."""
+    problem, filter_ = scores.fitted.problem, RecorderLowPass(2e-3, channels=scores.fitted.problem.chains.channels)
+    records = []
+    for record in problem.experiment.records:
+        given = {name: jnp.asarray(record.channels[name]) for name in record.channels}
+        at_rest = jnp.zeros((1, len(filter_.own_states)))
+        shown = filter_.read(given, SimpleNamespace(t=jnp.asarray(record.time)), at_rest)
+        records.append(dataclasses.replace(record, channels={name: np.asarray(values) for name, values in shown.items()}))
+    experiment = dataclasses.replace(problem.experiment, records=tuple(records))
+    smeared = begun_from(dataclasses.replace(problem, experiment=experiment), experiment.records)
+    slow = dataclasses.replace(scores, fitted=dataclasses.replace(scores.fitted, problem=smeared))
+    candidate = Candidate(name=filter_.name, members=(filter_,), signals=())
+    found, near = extended(slow, candidate, np.ones(1))
+    assert near is None
+    off, before = (np.abs(one.start.states[:, 0] - problem.start.states[:, 0]).max() for one in (found, smeared))
+    assert off < 0.05 * before
+    place = found.unknowns.states.index("recorder_low_pass.hammer_displacement")
+    knots = found.chains.knots[0]
+    rows = np.minimum(np.arange(knots.stop - knots.start) * found.chains.samples, len(records[0].time) - 1)
+    memory = records[0].channels["hammer_displacement"] - problem.experiment.records[0].channels["hammer_displacement"]
+    np.testing.assert_allclose(found.start.states[knots, place], memory[rows], atol=1e-9)
+    other, at = extended(scores, probed(scores, "quadratic_drag"), np.ones(1))
+    beside = dataclasses.replace(scores, fitted=dataclasses.replace(scores.fitted, problem=other, at=at))
+    assert extended(beside, candidate, np.ones(1))[1] is not None
+
+
 def test_an_input_of_the_rig_stays_as_it_is(scores):
     record = dataclasses.replace(scores.fitted.problem.experiment.records[1], base="measured")
-    moved = {name: augment._moved_back(record, TimeOffset(delay=5e-3, of_channel=name)) for name in record.channels}
-    assert moved["cart_displacement"] is record
+    moved = {name: augment._undone(record, TimeOffset(delay=5e-3, of_channel=name)) for name in record.channels}
+    np.testing.assert_array_equal(moved["cart_displacement"].channels["cart_displacement"], record.channels["cart_displacement"])
     assert not np.array_equal(moved["hammer_displacement"].channels["hammer_displacement"], record.channels["hammer_displacement"])
 
 

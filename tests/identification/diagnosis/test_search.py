@@ -16,7 +16,7 @@ from identification.trajectory.additions import Reestimated
 from identification.trajectory.fit import Fitted
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.reading_error import ReadingError
-from identification.trajectory.variances import LARGEST_FORCE
+from identification.trajectory.variances import LARGEST_FORCE, Variances
 from tests.effects.start import at_start
 from vibrojax.contact import NoContact
 from vibrojax.effects import EFFECTS, AbstractEffect, TimeOffset
@@ -30,6 +30,11 @@ def fitted(scores: Scores, *names: str, deviance: float = 0.0) -> Fitted:
     model = dataclasses.replace(one.problem.model, effects=tuple(at_start(EFFECTS[name]) for name in names))
     problem = dataclasses.replace(one.problem, model=model)
     return dataclasses.replace(one, problem=problem, solution=dataclasses.replace(one.solution, deviance=deviance))
+
+
+def first_order(scores: Scores, variances: Variances) -> Reestimated:
+    """A model with a candidate at first order, with these variances."""
+    return Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=variances, at=scores.fitted.at)
 
 
 def alternative(name: str, gain: float, found: Fitted | None = None) -> Alternative:
@@ -104,7 +109,7 @@ def in_steps(scores, monkeypatch):
     def found(**beside: dict[str, float]) -> None:
         gained = {name: gain for each in beside.values() for name, gain in each.items()}
         one = scores.fitted
-        anew = Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=one.variances, at=one.at)
+        anew = first_order(scores, one.variances)
         model = lambda held: fitted(scores, *held, deviance=-sum(gained[name] for name in held))  # noqa: E731
 
         def refitted(at: Scores, one: Alternative, weighed, progress) -> list[Alternative]:
@@ -239,12 +244,35 @@ def test_values_in_each_record_come_before_an_effect_that_says_less(scores, gain
     gains(("coulomb_friction", 900.0))
     asked = []
     best = dataclasses.replace(alternative("coulomb_friction", 900.0), fitted=None)
-    monkeypatch.setattr(module, "_weighed", lambda at: [(best, None)])
+    monkeypatch.setattr(module, "_weighed", lambda at: [(best, first_order(scores, scores.fitted.variances))])
     monkeypatch.setattr(module, "contradicted", lambda at: () if asked else ("f_n",))
     monkeypatch.setattr(module, "gain_of_values", lambda at, differing: (gain, 3))
     monkeypatch.setattr(module, "with_values", lambda at, differing, progress: asked.append(names_of(at)) or at)
     assert names(search(fitted(scores), judge=refusing())) == ["coulomb_friction"]
     assert asked[0] == ([] if first else ["coulomb_friction"])
+
+
+@pytest.mark.parametrize(("gain", "first"), [(2000.0, True), (500.0, False)])
+def test_where_gains_at_first_order_compare_nothing_values_are_compared_with_effects_as_fitted(scores, gains, monkeypatch, gain, first):
+    """At first order the values say more than the effect, whatever they gain in a fit."""
+    gains(("coulomb_friction", 900.0))
+    large = Variances(
+        force=RandomForce(std=0.1 * scores.fitted.problem.scales.force, memory=0.1), readings=scores.fitted.variances.readings
+    )
+    asked = []
+
+    def with_values(at: Fitted, differing, progress) -> Fitted:
+        asked.append(names_of(at))
+        if first:  # the effect is asked again beside them
+            gains(("coulomb_friction", 900.0))
+        return fitted(scores, deviance=at.deviance - gain)
+
+    monkeypatch.setattr(module, "_weighed", lambda at: [(alternative("coulomb_friction", 10.0), first_order(scores, large))])
+    monkeypatch.setattr(module, "contradicted", lambda at: () if asked else ("f_n",))
+    monkeypatch.setattr(module, "with_values", with_values)
+    found = search(fitted(scores), judge=refusing())
+    assert (names(found), asked) == (["coulomb_friction"], [[]])
+    assert found.steps[0].scores.fitted.deviance == (-gain if first else 0.0)
 
 
 @pytest.fixture
@@ -254,7 +282,7 @@ def weighed(scores, monkeypatch):
     def found(**gains: float) -> list[str]:
         tried: list[str] = []
         one = scores.fitted
-        anew = Reestimated(deviance=0.0, strengths=np.zeros(1), covariance=np.eye(1), variances=one.variances, at=one.at)
+        anew = first_order(scores, one.variances)
 
         def refitted(at: Scores, one: Alternative, weighed, progress) -> list[Alternative]:
             tried.append(one.name)
