@@ -102,16 +102,17 @@ def continued(problem: Problem, near: Estimate, beside: Fitted, progress: Progre
 def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate | None]:
     """The problem with a candidate in the model, at the strengths that it starts from, and its estimate by the model without.
 
-    None of that where the model without has no stop: its motion went through the one that the effect brings; and in a model without other
-    effects, beside a filter of all channels and a lateness that the records show without a model: that motion followed readings in which
-    the effect was not undone. A lateness that was `aligned` begins as it is, whatever its strength.
+    There is no estimate where the motion of the model without misleads: it went through the stop that the effect brings; or, with no other
+    effect in the model, it followed impacts that a filter of all channels had smeared, or channels of which the records show one to be
+    late. The problem then begins at the loops of force over indentation, or at the records with the effect undone. A lateness that was
+    `aligned` begins as it is, whatever its strength.
     """
     whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
     if is_aligned and is_shown_late(scores, candidate):
-        return _begun_undone(_with(scores.fitted, candidate.members)[0], candidate.members[0]), None
+        return _begun_undone(scores.fitted, candidate.members[0]), None
     effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
-    if effect.does("undone") and not (_makes_late(candidate) or whole.effects):
-        return _begun_undone(_with(scores.fitted, (effect,))[0], effect), None
+    if effect.does("undone") and not _makes_late(candidate) and scores.scales.force > 0 and not whole.effects:
+        return _begun_undone(scores.fitted, effect), None
     problem, near = _with(scores.fitted, (*whole.effects, effect), own=own, states=_states(scores, effect))
     if not effect.does("stop"):
         return problem, near
@@ -135,16 +136,20 @@ def _is_aligned(scores: Scores, candidate: Candidate) -> bool:
     return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(scores.scales.latest)))) > scores.scales.sampling
 
 
-def _begun_undone(problem: Problem, effect: AbstractEffect) -> Problem:
-    """The problem that begins at the motion that its records show once the effect is undone in them, with the memory of its filters."""
-    records, chains = problem.experiment.records, problem.chains
-    before = tuple(_undone(record, effect) for record in records)
-    begun = begun_from(problem, before)
-    states = begun.start.states.copy()
-    own = [place for place, name in enumerate(problem.unknowns.states) if name.startswith(f"{effect.name}.")]
+def _begun_undone(fitted: Fitted, effect: AbstractEffect) -> Problem:
+    """The problem with an effect that begins at the motion that the records show without it, with the memory of its filters."""
+    problem, _ = _with(fitted, (effect,))
+    (effect,) = problem.model_at(problem.start).effects  # within its bounds
+    records, chains = fitted.problem.experiment.records, fitted.problem.chains
+    before, memory = tuple(_undone(record, effect) for record in records), np.zeros((chains.knot_count, len(effect.own_states)))
     for knots, record, ideal in zip(chains.knots, records, before, strict=True):
-        kept = np.asarray(effect.memory(ideal.channels, record.channels, jnp.zeros((len(record.time), len(own)))))
-        states[knots, own] = kept[np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)]
+        readings, shown = ({name: jnp.asarray(x) for name, x in one.channels.items()} for one in (ideal, record))
+        kept = np.asarray(effect.memory(readings, shown, jnp.zeros((len(record.time), memory.shape[1]))))
+        rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
+        memory[knots] = np.nan_to_num(kept[rows])  # settled where a sample is missing
+    problem, _ = _with(fitted, (effect,), states=_by_name(effect, memory))
+    begun, states = begun_from(problem, before), problem.start.states.copy()
+    states[:, :2] = begun.start.states[:, :2]
     return dataclasses.replace(begun, start=dataclasses.replace(begun.start, states=states))
 
 
@@ -306,4 +311,9 @@ def _states(scores: Scores, effect: AbstractEffect) -> dict[str, np.ndarray]:
         kept = np.asarray(effect.memory(course.readings, effect.read(course.readings, course.motion, own), own))
         rows = np.minimum(np.arange(knots.stop - knots.start) * chains.samples, len(kept) - 1)
         found[knots] = kept[rows]
-    return {f"{effect.name}.{state.name}": found[:, k] for k, state in enumerate(effect.own_states)}
+    return _by_name(effect, found)
+
+
+def _by_name(effect: AbstractEffect, states: np.ndarray) -> dict[str, np.ndarray]:
+    """Own states of an effect by the names that the chain gives them, from (knots, states)."""
+    return {f"{effect.name}.{state.name}": states[:, k] for k, state in enumerate(effect.own_states)}

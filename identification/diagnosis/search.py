@@ -209,7 +209,7 @@ def _forward(
             if names and weighed and hides_the_order(scores.fitted, weighed[0][1].variances):  # then gains at first order compare nothing
                 step = _step(scores, weighed, judge, progress, no_worse_than=found.nominal if may_rise else None)
             if names and (step is not None or _says_more(scores, names, weighed)):
-                varied = with_values(found.final, names, progress) if step is None or step.finished else None
+                varied, step = _with_values_beside(step, found.final, names, progress)
                 if varied is not None and not (step is not None and _is_likelier(step, varied)):
                     found = _beside_values(found, varied)
                     continue
@@ -237,13 +237,26 @@ def _taken(step: Step) -> Fitted | None:
     return step.alternatives[0].fitted if step.alternatives and is_significant(step.alternatives[0]) else None
 
 
+def _with_values_beside(step: Step | None, model: Fitted, names: tuple[str, ...], progress: Progress) -> tuple[Fitted | None, Step | None]:
+    """`with_values`, and the step that was made before it, which is unfinished where the budget ends in between."""
+    if step is None:
+        return with_values(model, names, progress), None
+    try:
+        return (with_values(model, names, progress) if step.finished else None), step
+    except OutOfBudgetError:
+        return None, dataclasses.replace(step, finished=False)
+
+
 def _is_likelier(step: Step, varied: Fitted) -> bool:
-    """Whether what a step takes in is likelier than a model with values in each record, both fitted, by the information criterion."""
+    """Whether what a step takes in is likelier than a model with values in each record, by the information criterion.
+
+    Both are fitted, and compared on the records that were fitted. A likelihood that only the largest random force brings is none.
+    """
     if _taken(step) is None:
         return False
     before, best, price = step.scores.fitted, step.alternatives[0], np.log(max(step.scores.fitted.local.samples, 1))
-    values = before.deviance - varied.deviance - price * len(variations(varied.problem))
-    return bool(best.fitted_gain - price * best.degrees > values)
+    gain = 0.0 if only_by_force(varied, before) else before.deviance - varied.deviance
+    return bool(best.fitted_gain - price * best.degrees > gain - price * len(variations(varied.problem)))
 
 
 def _beside_values(found: Search, varied: Fitted) -> Search:

@@ -133,7 +133,7 @@ def contradicting(result: FitResult) -> str:
 
 
 def parts(result: FitResult) -> Iterator[Part]:
-    """Every fitted channel, in flight and in contact, but of records whose free motion follows the noise of their input."""
+    """Every fitted channel, in flight and in contact, except in records whose free motion follows the noise of their input."""
     noisy = {record.file for record in result.experiment.records if any(input_noise(record))}
     for record in result.records:
         if record.file in noisy:

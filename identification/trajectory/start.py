@@ -149,7 +149,7 @@ def begun_from(problem: Problem, records: tuple[Record, ...]) -> Problem:
     """The problem with another beginning: the motion and the parameters that other records show; all else stays that of its own records.
 
     Args:
-        problem: whose effects have no states of their own and leave the stop as it is.
+        problem: whose effects leave the stop as it is; states of their own begin at rest.
         records: as many as the problem's, in the same order and on the same clocks.
     """
     experiment, nominal = dataclasses.replace(problem.experiment, records=records), dataclasses.replace(problem.model, effects=())

@@ -1,6 +1,7 @@
 """Filters of sensors and recorder: their response, their memory, and a record that is read in parts."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -175,14 +176,26 @@ def test_a_time_constant_of_zero_is_an_ideal_recorder():
         np.testing.assert_array_equal(readings[name], given[name])
 
 
-def test_a_recorder_low_pass_is_undone_in_the_channels_that_it_follows():
+def test_a_recorder_low_pass_is_undone_whichever_memories_are_known():
     followed = RecorderLowPass(1.5e-3, channels=("impact_force", "hammer_acceleration"))
     readings, given, ts = read(followed)
     assert [state.name for state in followed.own_states] == list(followed.channels)
-    undone = followed.undone(readings, jnp.asarray(ts))
+    undone, whole = followed.undone(readings, jnp.asarray(ts)), read(FILTER)[0]
     for name in EVERY_CHANNEL:
-        assert (readings[name] is given[name]) == (name not in followed.channels)
+        np.testing.assert_array_equal(readings[name], whole[name])
         np.testing.assert_allclose(undone[name], given[name], atol=1e-10 * np.abs(given[name]).max(), rtol=0, err_msg=name)
+
+
+def test_a_memory_belongs_to_its_channel():
+    followed = RecorderLowPass(1.5e-3, channels=("hammer_acceleration", "impact_force"))
+    given = {name: jnp.zeros(3) for name in ("impact_force", "hammer_acceleration", "cart_displacement")}
+    motion = SimpleNamespace(t=jnp.arange(3.0) * 1e-3)
+    shown = followed.read(given, motion, jnp.array([[2.0, 7.0]]))
+    assert {name: float(values[0]) for name, values in shown.items()} == {
+        "impact_force": 7.0,
+        "hammer_acceleration": 2.0,
+        "cart_displacement": 0.0,
+    }
 
 
 def test_a_fit_follows_the_channels_that_are_recorded():

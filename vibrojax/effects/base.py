@@ -5,8 +5,8 @@ The same object simulates the effect, stands as a candidate in a diagnosis, and 
 To add one: write a final subclass of `AbstractEffect` that gives `name`, `summary`, `equation`, `source` and its `probe` (how it is
 searched for: `vibrojax.effects.probe`), declares its parameters as fields, and implements those of the hooks `force`, `stop_position`,
 `stop_velocity`, `stop`, `base`, `base_displacement`, `base_acceleration`, `own_states` with `rates`, `read` and `lateness` through which it
-acts (by default each does nothing), and `scaled` where it is not in proportion to its strengths; then import it in
-`vibrojax/effects/__init__.py`.
+acts (by default each does nothing), `memory` where it is a digital filter, `undone` where it can be inverted without the motion, and
+`scaled` where it is not in proportion to its strengths; then import it in `vibrojax/effects/__init__.py`.
 """
 
 import abc
@@ -174,7 +174,10 @@ class AbstractEffect(eqx.Module):
         return readings
 
     def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
-        """Readings of ideal sensors, from what the recorder shows at times t, s; of an effect whose inverse needs no motion."""
+        """Readings of ideal sensors, from what the recorder shows at times t, s.
+
+        For effects that can be inverted without knowing the motion; by default nothing is undone.
+        """
         return readings
 
     def lateness(self, t: Scalars) -> Scalars:

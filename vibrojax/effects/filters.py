@@ -176,7 +176,7 @@ class RecorderLowPass(AbstractEffect):
 
     Arguments:
         time_constant: tau, s.
-        channels: those that are followed, all by default. A fit follows the recorded ones: each costs it a state.
+        channels: whose filters' memory is known, or estimated; all by default, those recorded in a fit. Others start settled.
 
     Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing (1989): the recursive filter of first order; anti-aliasing as in
     D. J. Ewins, Modal Testing, 2nd edition (2000), chapter 3.
@@ -194,17 +194,18 @@ class RecorderLowPass(AbstractEffect):
     channels: tuple[str, ...] = eqx.field(static=True, default=EVERY_CHANNEL)
 
     def read(self, readings: Readings, motion: Motion, own: Own) -> Readings:
-        places = {name: place for place, name in enumerate(self.channels) if name in readings}
-        if not places:
+        names = [name for name in EVERY_CHANNEL if name in readings]
+        if not names:
             return readings
-        values = jnp.stack([readings[name] for name in places], axis=-1)
-        filtered = low_passed(motion.t, values, self.time_constant, own[0, np.array(list(places.values()))])
-        return readings | {name: filtered[:, column] for column, name in enumerate(places)}
+        known = dict(zip(self.channels, own[0], strict=True))
+        memory = jnp.stack([known.get(name, jnp.zeros(())) for name in names])
+        filtered = low_passed(motion.t, jnp.stack([readings[name] for name in names], axis=-1), self.time_constant, memory)
+        return readings | {name: filtered[:, place] for place, name in enumerate(names)}
 
     def undone(self, readings: Readings, t: Float[Array, " time"]) -> Readings:
         """x_i = r_i + (r_i - r_(i-1)) a_i / (1 - a_i), settled at the first sample."""
-        lost = 1.0 / jnp.expm1(jnp.diff(t) / self.time_constant)
-        return readings | {x: readings[x].at[1:].add(lost * jnp.diff(readings[x])) for x in self.channels if x in readings}
+        weight = 1.0 / jnp.expm1(jnp.diff(t) / self.time_constant)
+        return {name: values.at[1:].add(weight * jnp.diff(values)) for name, values in readings.items()}
 
     def memory(self, readings: Readings, shown: Readings, own: Own) -> Own:
         """The filters', each in the unit of its channel."""

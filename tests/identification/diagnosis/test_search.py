@@ -275,9 +275,38 @@ def test_where_gains_at_first_order_compare_nothing_values_are_compared_with_eff
     assert found.steps[0].scores.fitted.deviance == (-gain if first else 0.0)
 
 
+def test_an_effect_that_was_fitted_is_kept_where_the_budget_ends_before_values_are(scores, gains, monkeypatch):
+    gains(("coulomb_friction", 900.0))
+    large = dataclasses.replace(scores.fitted.variances, force=RandomForce(std=0.1 * scores.fitted.problem.scales.force, memory=0.1))
+
+    def with_values(at: Fitted, differing, progress) -> Fitted:
+        raise OutOfBudgetError
+
+    monkeypatch.setattr(module, "_weighed", lambda at: [(alternative("coulomb_friction", 10.0), first_order(scores, large))])
+    monkeypatch.setattr(module, "contradicted", lambda at: ("f_n",))
+    monkeypatch.setattr(module, "with_values", with_values)
+    found = search(fitted(scores), judge=refusing())
+    assert (names(found), found.finished) == (["coulomb_friction"], False)
+
+
+@pytest.mark.parametrize(
+    ("gain", "varying", "only_force", "likelier"), [(905.0, 1, False, False), (905.0, 3, False, True), (905.0, 1, True, True)]
+)
+def test_values_pay_for_each_standard_deviation_and_gain_nothing_by_the_largest_force(
+    scores, monkeypatch, gain, varying, only_force, likelier
+):
+    step = Step(
+        scores=dataclasses.replace(scores, fitted=fitted(scores)), alternatives=(alternative("coulomb_friction", 900.0, scores.fitted),)
+    )
+    monkeypatch.setattr(module, "variations", lambda problem: dict.fromkeys(("k_i", "n", "f_n")[:varying], 0))
+    monkeypatch.setattr(module, "only_by_force", lambda one, other: only_force)
+    assert module._is_likelier(step, fitted(scores, deviance=-gain)) == likelier
+    assert not module._is_likelier(dataclasses.replace(step, alternatives=()), fitted(scores, deviance=-gain))
+
+
 @pytest.fixture
 def weighed(scores, monkeypatch):
-    """Sets the candidates of one look with their gains at first order; a refit gains as much. Returns what was refitted, in order."""
+    """Sets the candidates of one model with their gains at first order; a refit gains as much. Returns what was refitted, in order."""
 
     def found(**gains: float) -> list[str]:
         tried: list[str] = []
