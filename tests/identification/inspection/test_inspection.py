@@ -248,12 +248,14 @@ def test_weak_impacts_are_impacts(sign, tmp_path):
     assert ("sign = -1" in proposed) == (sign < 0)
 
 
-@pytest.mark.parametrize("what", ["glitch", "preload"])
+@pytest.mark.parametrize("what", ["glitch", "hum", "preload"])
 def test_a_load_cell_that_is_right_is_not_turned(what, tmp_path):
     values = channels("cart-excitation")
     force = values["impact_force"].copy()
     if what == "glitch":
         force[100] = -10.0 * force.max()
+    elif what == "hum":
+        force -= 0.5 * force.max() * np.exp(-TIME / 0.1) * np.maximum(np.sin(2.0 * np.pi * 34.0 * TIME), 0.0)
     else:
         force = np.where(np.arange(force.size) % 500 < 20, 0.0, 8.0) + 0.01 * force
     write_csv(tmp_path / "run.csv", values | {"impact_force": force})
