@@ -259,12 +259,12 @@ def _with(fitted: Fitted, effects: tuple[AbstractEffect, ...], **begin: dict[str
 
 
 def learned(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tuple[Problem, Estimate] | None:
-    """The problem with a free form in the model, and its estimate by the model without; None for the stop's path."""
+    """The problem with a free form in the model, and its estimate by the model without; None for one over time."""
     form = candidate.form
     if candidate.members:
         effect, own = strengthened(candidate.members, strengths)
         return _with(scores.fitted, (*scores.fitted.problem.model_at(scores.fitted.at).effects, effect), own=own)
-    if form is None or form.quantity == "stop":
+    if form is None or form.coordinate == "time":
         return None
     knots = np.unique(form.columns[:, 0])
     effect = FreeForm(

@@ -1,8 +1,8 @@
 """Free forms: what no listed effect says, as smooth functions of one coordinate of the motion, or as a vibration of its own.
 
-Hats on a grid: a force of place and direction, a force of speed, a force of indentation and direction, a slow path of the stop, and the
-error of a reading over its own value; and a force at one frequency, with another size and phase in every record. With everything that acts
-in the model, none of them gains more than chance does.
+Hats on a grid: a force of place and direction, a force of speed, a force of indentation and direction, a slow path of the stop, the error
+of a reading over its own value, and its gain over time; and a force at one frequency, with another size and phase in every record. With
+everything that acts in the model, none of them gains more than chance does.
 """
 
 import dataclasses
@@ -21,7 +21,7 @@ from vibrojax.effects.free_form import TonalForce, hats
 _HATS = 8
 """Hats over the range of a coordinate."""
 _PATHS = 4
-"""Knots of the stop's path in each record, beside its start."""
+"""Knots of the stop's path in each record, and of a gain over time, beside its start."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class Form:
         unit: of the coordinate.
         knots: where its hats stand; (knots,).
         columns: knot, and direction of u' (1, -1, or 0 for both) or record, of each column; (columns, 2).
-        size: value that a column's strength of one stands for, SI.
+        size: value that a column's strength of one stands for, SI; of a gain, at the rms value of its channel.
         signals: of the columns.
         members: effects whose strengths are those of the columns, for every record in turn; none where `FreeForm` holds it.
         tried: places among which it was the best.
@@ -55,7 +55,9 @@ class Form:
         """For tables."""
         if self.members:
             return self.members[0].name
-        quantity = {"force": "force", "stop": "place of the stop"}.get(self.quantity, self.quantity.replace("_", " "))
+        channel = self.quantity.replace("_", " ")
+        named = {"force": "force", "stop": "place of the stop"}
+        quantity = named.get(self.quantity, f"gain of {channel}" if self.coordinate == "time" else channel)
         return f"any {quantity} over {self.coordinate}"
 
 
@@ -98,22 +100,28 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
     lines, searched = lines_of_force(fitted, scales, range(len(records)))
     if lines:
         yield _vibration(fitted, lines[0], searched)
+    begin, end = (float(pick([record.time[at] for record in records])) for pick, at in ((min, 0), (max, -1)))
+    times = np.linspace(begin, end, _PATHS + 1)
     for channel in chains.channels:
         values = [np.asarray(course.readings[channel]) for course in courses]
-        low, high = np.quantile(np.concatenate([one[:n] for one, n in zip(values, lengths, strict=True)]), [0.005, 0.995])
+        whole = np.concatenate([one[:n] for one, n in zip(values, lengths, strict=True)])
+        low, high = np.quantile(whole, [0.005, 0.995])
         if not high > low:
             continue
-        knots, noise = np.linspace(low, high, _HATS), scales.noise[channel]
-        made = [[on_segments(chains, i, noise * hat) for hat in hats(one, knots, vanishing_below=False)] for i, one in enumerate(values)]
-        yield Form(
-            coordinate="reading",
-            quantity=channel,
-            unit=UNITS[channel],
-            knots=knots,
-            columns=np.stack([np.arange(_HATS), np.zeros(_HATS, int)], axis=1),
-            size=noise,
-            signals=tuple(Signal(force=None, stop=None, readings={channel: np.concatenate(parts)}) for parts in zip(*made, strict=True)),
-        )
+        knots, noise, rms = np.linspace(low, high, _HATS), scales.noise[channel], float(np.sqrt(np.mean(whole**2)))
+        over_value = [hats(one, knots, vanishing_below=False) for one in values]
+        gains = [hats(np.asarray(c.motion.t), times, vanishing_below=False) * one / rms for c, one in zip(courses, values, strict=True)]
+        for coordinate, unit, places, made in (("reading", UNITS[channel], knots, over_value), ("time", "s", times, gains)):
+            parts = [[on_segments(chains, i, noise * hat) for hat in one] for i, one in enumerate(made)]
+            yield Form(
+                coordinate=coordinate,
+                quantity=channel,
+                unit=unit,
+                knots=places,
+                columns=np.stack([np.arange(len(places)), np.zeros(len(places), int)], axis=1),
+                size=noise,
+                signals=tuple(Signal(force=None, stop=None, readings={channel: np.concatenate(one)}) for one in zip(*parts, strict=True)),
+            )
 
 
 def _vibration(fitted: Fitted, hz: float, searched: int) -> Form:

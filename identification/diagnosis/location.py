@@ -123,7 +123,7 @@ def _profile(scores: Scores, scored: Scored, weighed: Reestimated, explained: fl
         mean = of_columns @ weighed.strengths
         found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
     which, (_, mean, stderr) = max(enumerate(found), key=lambda one: one[1][0])
-    unit = 1.0 if form.coordinate == "reading" else form.size
+    unit = form.size if form.quantity in ("force", "stop") else 1.0  # errors of readings are over the noise
     return Profile(
         coordinate=form.coordinate,
         unit=form.unit,
