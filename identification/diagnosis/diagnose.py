@@ -22,7 +22,7 @@ from identification.diagnosis.diagnosis import (
     Side,
 )
 from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
-from identification.diagnosis.left_out import LeftOut
+from identification.diagnosis.left_out import LeftOut, errors_of, is_brief
 from identification.diagnosis.location import locate
 from identification.diagnosis.next_experiment import Cause, next_experiment
 from identification.diagnosis.scores import Scores, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, score_all
@@ -110,7 +110,7 @@ def diagnose_experiment(
     verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
     if verdict == UNLISTED:
         models = [(before, ""), (after, ""), *([form] if form is not None else [])]
-        after, formula = min(models, key=lambda one: np.nan_to_num(one[0].error, nan=np.inf))
+        after, formula = min(models, key=lambda one: np.nan_to_num(errors_of(one[0], after)[0], nan=np.inf))
     else:
         formula = ""
         after = after if verdict in (MISSING, UNDECIDED) else before
@@ -257,8 +257,9 @@ def _concluded(
 ) -> Diagnosis:
     """The verdict with its evidence: errors, alternatives, location of the misfit."""
     course.progress("describing where the misfit acts")
-    shown_before = _side(before)
-    shown_after = shown_before if after is before else _side(after)
+    errors = errors_of(before, after)
+    shown_before = _side(before, after, errors[0])
+    shown_after = shown_before if after is before else _side(after, after, errors[1])
     named = tuple(_asserted(step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
     asserted = {one.effect.name for one in named}
@@ -309,8 +310,8 @@ def _concluded(
     )
 
 
-def _side(one: LeftOut) -> Side:
-    """A model with parameters, errors and predictions."""
+def _side(one: LeftOut, last: LeftOut, error: float) -> Side:
+    """A model with parameters, predictions and its error on what was left out, brief where the last model has a random force."""
     fitted = one.fitted
     records = record_fits(fitted)
     chi2 = sum(value * record.samples for record in records for value in record.chi2_reduced.values())
@@ -319,7 +320,8 @@ def _side(one: LeftOut) -> Side:
         model=fitted.problem.model_at(fitted.at),
         parameters=_numbers(fitted),
         chi2_reduced=chi2 / max(samples, 1),
-        held_out_nrmse=one.error,
+        held_out_nrmse=error,
+        brief=is_brief(last),
         records=records,
         disagreements=between_records(fitted),
         held_back=one.held_back,

@@ -164,6 +164,7 @@ class Side:
         chi2_reduced: of the whole fit.
         held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, of
             records left out in turn, or of the later half of a single one, see `left_out`.
+        brief: whether that error is over a quarter of a period in motions with impacts, since a random force remains.
         records: with their predictions.
         disagreements: of the parameters between records.
         held_back: records left out of every fit, with their predictions.
@@ -176,6 +177,7 @@ class Side:
     records: tuple[RecordFit, ...]
     disagreements: tuple[Disagreement, ...] = ()
     held_back: tuple[RecordFit, ...] = ()
+    brief: bool = False
 
     @property
     def varying(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from identification.diagnosis.decide import Evidence, decide
-from identification.diagnosis.left_out import LeftOut, left_out
+from identification.diagnosis.left_out import LeftOut, errors_of, left_out
 from identification.diagnosis.scores import Scored
 from identification.diagnosis.search import Alternative
 from identification.experiment import Experiment
@@ -39,9 +39,9 @@ class Judge:
             self._known = [*self._known[:1], *others[-2:], known]
         return known
 
-    def error(self, fitted: Fitted) -> float:
-        """Of the free motion of a model on what was left out."""
-        return self.left_out(fitted).error
+    def errors(self, before: Fitted, after: Fitted) -> tuple[float, float]:
+        """Of two models on what was left out, see `errors_of`."""
+        return errors_of(self.left_out(before), self.left_out(after))
 
     def held_back_gain(self, before: Fitted, after: Fitted) -> float:
         """Gain of twice the log predictive density of the records held back; 0 without any, or where neither model can follow them.
@@ -79,7 +79,7 @@ class Judge:
         evidence = self._of_effect(before, one, one.fitted)
         errors = evidence.errors
         if errors is not None and no_worse_than is not None:
-            allowed = float(np.fmax(errors[0], self.error(no_worse_than)))
+            allowed = float(np.fmax(errors[0], self.errors(no_worse_than, one.fitted)[0]))
             evidence = dataclasses.replace(evidence, errors=(allowed, errors[1]))
         return dataclasses.replace(one, refused=decide(evidence), errors=errors)
 
@@ -123,7 +123,7 @@ class Judge:
         if in_turn or self._experiment.held_back:
             was, is_now = self.left_out(before), self.left_out(after)
             held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
-            errors = None if np.isnan(was.error) and np.isnan(is_now.error) else (was.error, is_now.error)  # no channel has signal there
+            errors = None if np.isnan(errors := errors_of(was, is_now)).all() else errors  # no channel has signal there
         return Evidence(gain=gain, degrees=degrees, tried=tried, held_out=held_out, errors=errors)
 
 

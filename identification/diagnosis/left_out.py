@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Bool
 
 from identification.estimation.held_back import held_back_chain, rms_nrmse
-from identification.estimation.prediction import record_fits
+from identification.estimation.prediction import record_fits, strikes
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
 from identification.trajectory.elimination import Solution, solved
 from identification.trajectory.fit import Fitted
 from identification.trajectory.motion import Linearised
 from identification.trajectory.segments import VARIATION
-from identification.trajectory.variances import reweighed
+from identification.trajectory.variances import reweighed, vanishes
 from vibrojax.errors import NoConvergenceError
 
 _MOST_FOLDS = 6
@@ -48,6 +48,29 @@ class LeftOut:
         """Rms error of the free motion on records held back, else on those left out in turn; 1 where the model cannot follow them."""
         return rms_nrmse(self.held_back or left_out_fits(self.fitted)) if np.isfinite(self.density) else 1.0
 
+    @cached_property
+    def brief_error(self) -> float:
+        """The same where motions with impacts are predicted over a quarter of a period from the states estimated there.
+
+        Under a random force a motion leaves the recorded one by chance, most of all at an impact that is missed, whatever the model says.
+        """
+        if not np.isfinite(self.density):
+            return 1.0
+        held_back = () if self.chain is None else record_fits(_unknown_values(self.chain), brief=True)
+        return rms_nrmse(held_back or left_out_fits(self.fitted, brief=True))
+
+
+def is_brief(after: LeftOut) -> bool:
+    """Whether models are compared by their brief errors: the last one has a random force, and motions with impacts to predict."""
+    predicted = after.chain or after.fitted
+    hits = any(strikes(predicted.problem, predicted.at, index) for index in range(len(predicted.problem.chains.files)))
+    return hits and not vanishes(after.fitted.problem, after.fitted.variances.force)
+
+
+def errors_of(before: LeftOut, after: LeftOut) -> tuple[float, float]:
+    """Errors of two models on what was left out, of the free motion or brief ones."""
+    return (before.brief_error, after.brief_error) if is_brief(after) else (before.error, after.error)
+
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:
     """What a fitted model predicts of the records held back, else of each record by what the others say."""
@@ -75,7 +98,7 @@ def left_out_density(fitted: Fitted) -> float:
     return float(sum(whole - _solved(fitted, fold).deviance for fold in folds(fitted)))
 
 
-def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
+def left_out_fits(fitted: Fitted, *, brief: bool = False) -> tuple[RecordFit, ...]:
     """Every record with its prediction by the parameters that the others give; of a single one, its later half by those of the earlier.
 
     The state at its beginning, and what every record has of its own but values of common parameters, are those of the record itself.
@@ -98,7 +121,7 @@ def left_out_fits(fitted: Fitted) -> tuple[RecordFit, ...]:
         without = dataclasses.replace(fitted, at=moved)
         if len(fitted.problem.chains.knots) > 1:
             without = _unknown_values(without)
-        found |= dict(zip(chosen, record_fits(without, chosen), strict=True))
+        found |= dict(zip(chosen, record_fits(without, chosen, brief=brief), strict=True))
     return tuple(found[index] for index in sorted(found))
 
 

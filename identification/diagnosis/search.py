@@ -44,8 +44,8 @@ class Judging(Protocol):
         """With the reason why it is not taken in; it may raise the error of the free motion up to that of a further model, where given."""
         ...
 
-    def error(self, fitted: Fitted) -> float:
-        """Of the free motion on what was left out."""
+    def errors(self, before: Fitted, after: Fitted) -> tuple[float, float]:
+        """Of two models on what was left out."""
         ...
 
 
@@ -98,7 +98,7 @@ class Alternative:
     @property
     def raises_error(self) -> bool:
         """Whether the free motion errs more with it."""
-        return self.errors is not None and self.errors[1] > self.errors[0]
+        return self.errors is not None and _is_worse(self.errors)
 
     def criterion(self, samples: int) -> float:
         """Bayesian information criterion, less that of the model without it; the lower the better (Schwarz 1978)."""
@@ -176,8 +176,8 @@ def search(
         names, earlier = _names(found), _before_the_error_rose(found) if turn == 0 else None
         try:
             found = _needed(found, among, terms, judge, progress)
-            if earlier is not None and judge.error(found.final) > earlier[1]:
-                found, names = earlier[0], None
+            if earlier is not None and _is_worse(judge.errors(earlier.final, found.final)):
+                found, names = earlier, None
                 progress(f"searching again{_beside(found.final)}, where the error was smaller")
         except OutOfBudgetError:
             return dataclasses.replace(found, finished=False)
@@ -186,12 +186,16 @@ def search(
     return found if variations(found.final.problem) else dataclasses.replace(found, nominal=nominal)
 
 
-def _before_the_error_rose(found: Search) -> tuple[Search, float] | None:
-    """The search up to the first effect that raised the error of the free motion, and that error there; None without such an effect."""
+def _is_worse(errors: tuple[float, float]) -> bool:
+    """Whether the second of two errors is the larger one."""
+    return errors[1] > errors[0]
+
+
+def _before_the_error_rose(found: Search) -> Search | None:
+    """The search up to the first effect that raised the error on what was left out; None without such an effect."""
     for place, step in enumerate(found.steps):
-        errors = step.alternatives[0].errors
-        if errors is not None and step.alternatives[0].raises_error:
-            return dataclasses.replace(found, final=step.scores.fitted, steps=found.steps[:place], last=None), errors[0]
+        if step.alternatives[0].raises_error:
+            return dataclasses.replace(found, final=step.scores.fitted, steps=found.steps[:place], last=None)
     return None
 
 

@@ -38,6 +38,8 @@ def sentences(
     unseen = "records left out in turn" if len(before.records) > 1 else "the later half of the record, left out"
     if before.held_back:
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
+    if after.brief:
+        unseen += ", predicted over a quarter of a period,"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
         return (

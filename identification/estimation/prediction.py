@@ -107,21 +107,23 @@ def free_motion(
                         yield Free(int(run), int(begin[run]) + step, value.readings[lane], u[lane], v[lane], in_contact[lane])
 
 
-def record_fits(fitted: Fitted, chosen: Collection[int] | None = None) -> tuple[RecordFit, ...]:
-    """Records of a fit with their prediction: all, or the chosen ones, in order."""
+def record_fits(fitted: Fitted, chosen: Collection[int] | None = None, *, brief: bool = False) -> tuple[RecordFit, ...]:
+    """Records of a fit with their prediction: all, or the chosen ones, in order; those with impacts piece by piece where `brief`."""
     places = list(range(len(fitted.problem.chains.files))) if chosen is None else sorted(chosen)
-    found, followed = _predicted(fitted, places, fitted.at.states), _following(fitted, places)
+    found, followed = _predicted(fitted, places, fitted.at.states, brief=brief), _following(fitted, places)
     if followed is None:
         return found
     pairs = zip(found, _predicted(fitted, places, followed), strict=True)
     return tuple(min(pair, key=lambda one: np.nan_to_num(sum(one.chi2_reduced.values()), nan=np.inf, posinf=np.inf)) for pair in pairs)
 
 
-def _predicted(fitted: Fitted, places: list[int], states: Float[np.ndarray, "knots states"]) -> tuple[RecordFit, ...]:
+def _predicted(
+    fitted: Fitted, places: list[int], states: Float[np.ndarray, "knots states"], *, brief: bool = False
+) -> tuple[RecordFit, ...]:
     """Records with the motion from given states at the beginnings of their stretches."""
     problem, at = fitted.problem, fitted.at
     pieces, segments = pieces_of(problem, at)
-    stretches = [_stretches(problem, at, index, pieces) for index in places]
+    stretches = [_stretches(problem, at, index, pieces, brief) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
     owner = pieces.record[begin]
@@ -172,11 +174,12 @@ def strikes(problem: Problem, at: Estimate, index: int) -> bool:
     return recorded or bool((at.states[problem.chains.knots[index], 0] > gap).any())
 
 
-def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains) -> tuple[np.ndarray, np.ndarray]:
+def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains, brief: bool) -> tuple[np.ndarray, np.ndarray]:
     """First piece of each stretch of a record, and how many it has."""
     part, hz = pieces.of_record(index), frequency(problem, at, problem.experiment.records[index])
     length, whole = float(np.median(pieces.duration[part])), part.stop - part.start
-    each = max(1, round(PERIODS / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
+    periods = 0.0 if brief else PERIODS
+    each = max(1, round(periods / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
     begin = np.arange(part.start, part.stop, each)
     return begin, np.minimum(each, part.stop - begin)
 

@@ -49,6 +49,8 @@ class Known(LeftOut):
     def error(self) -> float:
         return self.known
 
+    brief_error = error
+
 
 def rubbing(scores: Scores, force: float) -> Fitted:
     """The model of `scores` with friction of this size, of which a hundredth of a newton is known."""
@@ -112,7 +114,7 @@ def test_an_effect_may_raise_the_error_of_the_free_motion_up_to_that_of_a_furthe
     second = judge(first.fitted, judge.with_held_back(first.fitted, friction(scores, 0.3)), scores.fitted if allowing else None)
     assert (refused in second.refused) if refused else second.refused == ""
     assert (second.errors, second.raises_error) == ((0.06, error), error > 0.06)
-    assert (judge.error(scores.fitted), judge.error(first.fitted), len(asked)) == (0.3, 0.06, 3)
+    assert (judge.errors(scores.fitted, first.fitted), len(asked)) == ((0.3, 0.06), 3)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis import left_out as module
-from identification.diagnosis.left_out import folds, left_out_density, left_out_fits
+from identification.diagnosis.left_out import LeftOut, folds, left_out_density, left_out_fits
 from identification.trajectory.fit import Fitted, equations
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
@@ -93,6 +93,25 @@ def _frequency(values: np.ndarray) -> float:
     coefficients, *_ = np.linalg.lstsq(np.stack([values[1:-1], values[:-2]], axis=1), values[2:], rcond=None)
     root = np.roots([1.0, *-coefficients])[0]
     return float(np.abs(np.log(root.astype(complex))) * RATE / (2.0 * np.pi))
+
+
+@pytest.mark.parametrize(("force", "hits", "brief"), [(0.1, True, True), (0.1, False, False), (0.0, True, False)])
+def test_errors_are_brief_where_the_last_model_has_a_random_force_beside_impacts(whole, monkeypatch, force, hits, brief):
+    @dataclasses.dataclass(frozen=True, kw_only=True)
+    class Known(LeftOut):
+        error = 0.4
+        brief_error = 0.1
+
+    monkeypatch.setattr(module, "strikes", lambda problem, at, index: hits)
+    monkeypatch.setattr(module, "vanishes", lambda problem, one: one.std == 0.0)
+    calm, shaken = (
+        Known(
+            fitted=dataclasses.replace(one, variances=dataclasses.replace(one.variances, force=RandomForce(std=std, memory=0.1))),
+            density=0.0,
+        )
+        for one, std in ((solved(whole, FORCES[0]), 0.2), (solved(whole, FORCES[0]), force))
+    )
+    assert module.errors_of(calm, shaken) == ((0.1, 0.1) if brief else (0.4, 0.4))
 
 
 def test_records_are_predicted_when_the_error_is_asked_for(whole, monkeypatch):

@@ -142,7 +142,7 @@ def test_an_effect_may_raise_the_error_where_the_search_then_ends_with_a_smaller
     """Beside a power law in place of friction the true curvature of a sensor does; beside it, friction takes the place of the law."""
     beside_reading = {"power_law_damping": 900.0} | ({} if friction is None else {"coulomb_friction": 1200.0})
     in_steps(nothing={"power_law_damping": 900.0}, power_law_damping={"nonlinear_reading": 300.0}, nonlinear_reading=beside_reading)
-    judge = Judge(errors=ERRORS | {"nonlinear_reading coulomb_friction": friction})
+    judge = Judge(known=ERRORS | {"nonlinear_reading coulomb_friction": friction})
     found = search(fitted(scores), judge=judge)
     assert names(found) == (["nonlinear_reading", "coulomb_friction"] if kept else ["power_law_damping"])
     assert [step.alternatives[0].name for step in found.steps] == names(found)
@@ -158,13 +158,13 @@ def test_an_effect_that_raised_the_error_leaves_where_it_still_does_beside_the_o
     )
     errors = {"": 0.5, "hysteresis": 0.1, "hysteresis gap_drift": 0.15, "hysteresis gap_drift coulomb_friction": 0.09}
     errors |= {"gap_drift coulomb_friction": 0.2, "hysteresis coulomb_friction": 0.03, "coulomb_friction": 0.4}
-    assert names(search(fitted(scores), judge=Judge(errors=errors))) == ["hysteresis", "coulomb_friction"]
+    assert names(search(fitted(scores), judge=Judge(known=errors))) == ["hysteresis", "coulomb_friction"]
 
 
 @pytest.mark.parametrize(("gain", "first"), [(299.0, "coulomb_friction"), (200.0, "gap_drift")], ids=["a twin", "far below"])
 def test_of_twins_one_that_raises_no_error_stands_first(scores, in_steps, gain, first):
     in_steps(nothing={"gap_drift": 300.0, "coulomb_friction": gain})
-    judge = Judge(errors={"": 0.1, "gap_drift": 0.15, "coulomb_friction": 0.03, "hysteresis": 0.5})
+    judge = Judge(known={"": 0.1, "gap_drift": 0.15, "coulomb_friction": 0.03, "hysteresis": 0.5})
     at = dataclasses.replace(scores, fitted=fitted(scores))
     step = module._step(at, module._weighed(at), judge, lambda line: None, no_worse_than=fitted(scores, "hysteresis"))
     assert step.alternatives[0].name == first and step.alternatives[0].fitted is not None
@@ -331,18 +331,20 @@ class Judge:
     refused: tuple[str, ...] = ()
     held_back: dict[str, float] = dataclasses.field(default_factory=dict)
     asked: list[str] = dataclasses.field(default_factory=list)
-    errors: dict[str, float] = dataclasses.field(default_factory=dict)
+    known: dict[str, float] = dataclasses.field(default_factory=dict)
 
-    def error(self, fitted: Fitted) -> float:
-        return self.errors[" ".join(names_of(fitted))]
+    def errors(self, before: Fitted, after: Fitted) -> tuple[float, float]:
+        return self.known[" ".join(names_of(before))], self.known[" ".join(names_of(after))]
 
     def with_held_back(self, before: Fitted, one: Alternative) -> Alternative:
         return dataclasses.replace(one, held_back=self.held_back.get(one.name, 0.0))
 
     def __call__(self, before: Fitted, one: Alternative, no_worse_than: Fitted | None = None) -> Alternative:
         self.asked.append(one.name)
-        errors = (self.error(before), self.error(one.fitted)) if self.errors else None
-        allowed = max(errors[0], self.error(no_worse_than)) if errors and no_worse_than is not None else errors and errors[0]
+        errors = self.errors(before, one.fitted) if self.known else None
+        allowed = (
+            max(errors[0], self.errors(no_worse_than, one.fitted)[0]) if errors and no_worse_than is not None else errors and errors[0]
+        )
         refused = one.name in self.refused or bool(errors and errors[1] > allowed)
         return dataclasses.replace(one, refused="it does not predict" if refused else "", errors=errors)
 
