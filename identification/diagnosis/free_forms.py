@@ -109,10 +109,12 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
         if not high > low:
             continue
         knots, noise, rms = np.linspace(low, high, _HATS), scales.noise[channel], float(np.sqrt(np.mean(whole**2)))
-        over_value = [hats(one, knots, vanishing_below=False) for one in values]
-        gains = [hats(np.asarray(c.motion.t), times, vanishing_below=False) * one / rms for c, one in zip(courses, values, strict=True)]
-        for coordinate, unit, places, made in (("reading", UNITS[channel], knots, over_value), ("time", "s", times, gains)):
-            parts = [[on_segments(chains, i, noise * hat) for hat in one] for i, one in enumerate(made)]
+        made = [("reading", UNITS[channel], knots, [hats(one, knots, vanishing_below=False) for one in values])]
+        if scales.tied:  # else a gain is the size of the motion
+            over_time = [hats(np.asarray(c.motion.t), times, vanishing_below=False) * x / rms for c, x in zip(courses, values, strict=True)]
+            made.append(("time", "s", times, over_time))
+        for coordinate, unit, places, of_records in made:
+            parts = [[on_segments(chains, i, noise * hat) for hat in one] for i, one in enumerate(of_records)]
             yield Form(
                 coordinate=coordinate,
                 quantity=channel,

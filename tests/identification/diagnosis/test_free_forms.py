@@ -7,9 +7,11 @@ import pytest
 
 from identification.diagnosis.augment import at_first_order, continued, learned
 from identification.diagnosis.evidence import Judge
+from identification.diagnosis.free_forms import free_forms
 from identification.diagnosis.location import locate
 from identification.diagnosis.scores import Scores, score_all, weighed_anew
 from identification.diagnosis.search import search
+from identification.diagnosis.signals import on_segments
 from identification.estimation.prediction import record_fits
 from identification.experiment import Experiment
 from identification.trajectory.fit import fit
@@ -77,3 +79,18 @@ def test_the_location_tells_its_frequency_and_size(beside):
     assert found.interval[0] < HZ < found.interval[1]
     assert "vibrates at 9." in found.sentence
     assert "0.035 N rms" in found.sentence
+
+
+@pytest.mark.parametrize("tied", [True, False])
+def test_a_gain_over_time_is_a_form_where_something_else_sets_the_size_of_the_motion(scores, tied):
+    """Its columns are the reading itself, at the rms value as large as the noise, from the first sample to the last."""
+    forms = free_forms(scores.fitted, scores.courses, dataclasses.replace(scores.scales, tied=tied))
+    found = [one for one in forms if (one.coordinate, one.quantity) == ("time", "impact_force")]
+    assert len(found) == tied
+    for form in found:
+        whole = sum(signal.readings["impact_force"] for signal in form.signals)
+        readings = [np.asarray(course.readings["impact_force"]) for course in scores.courses]
+        rms = np.sqrt(np.mean(np.concatenate(readings) ** 2))
+        expected = on_segments(scores.fitted.problem.chains, 0, readings[0]) * scores.scales.noise["impact_force"] / rms
+        np.testing.assert_allclose(whole[: len(expected)], expected, rtol=1e-9)
+        assert form.knots[0] == 0.0 and form.name == "any gain of impact force over time"
