@@ -31,7 +31,7 @@ class Evidence:
         degrees: strengths that the effect adds.
         tried: candidates and places among which it was the best.
         held_out: gain of twice the log predictive density of what was left out; None where nothing can be left out.
-        errors: rms error of the free motion on that, before and after; None where nothing can be left out.
+        errors: rms error on that, before and after; None where nothing can be left out.
         strength: of its strongest part, over the standard error.
         drives: the part of it that would drive the motion, of an effect that can only brake it, over the standard error.
         left: largest gain of a free form over the model with the effect, of the same likelihoods, with its columns and the number of forms.
@@ -60,7 +60,7 @@ def decide(evidence: Evidence) -> str:
     if evidence.held_out is not None and not evidence.held_out > 0.0:
         return "it does not predict better what was left out"
     if evidence.errors is not None and not evidence.errors[1] <= evidence.errors[0]:
-        return "the error of the free motion on what was left out rises with it"
+        return "the error on what was left out rises with it"
     if evidence.left > LEFT_OVER * evidence.gain and chance(evidence.left, evidence.left_degrees, evidence.forms) < LEVEL:
         return "it leaves much that a free form explains"
     return ""
