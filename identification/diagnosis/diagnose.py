@@ -22,7 +22,7 @@ from identification.diagnosis.diagnosis import (
     Side,
 )
 from identification.diagnosis.evidence import NOT_CONVERGED, Free, Judge
-from identification.diagnosis.left_out import LeftOut, errors_of, is_brief
+from identification.diagnosis.left_out import LeftOut, errors_of
 from identification.diagnosis.location import locate
 from identification.diagnosis.next_experiment import Cause, next_experiment
 from identification.diagnosis.scores import Scores, all_weighed_anew, best_of_each, detail, known_effects, limit_warning, score_all
@@ -108,14 +108,15 @@ def diagnose_experiment(
     found, left, forms, form, reasons, dropped = _supported(found, last, judge, course)
     before, after = judge.left_out(found.nominal), judge.left_out(found.final)
     verdict = _verdict(found, reasons, unexplained=_is_unexplained(left, forms))
+    brief = after.is_shaken and verdict not in (ADEQUATE, RESTLESS)
     if verdict == UNLISTED:
         models = [(before, ""), (after, ""), *([form] if form is not None else [])]
-        after, formula = min(models, key=lambda one: np.nan_to_num(errors_of(one[0], after)[0], nan=np.inf))
+        after, formula = min(models, key=lambda one: np.nan_to_num(one[0].brief_error if brief else one[0].error, nan=np.inf))
     else:
         formula = ""
         after = after if verdict in (MISSING, UNDECIDED) else before
     course.clock.lap("evidence")
-    diagnosis = _concluded(experiment, found, verdict, formula, before, after, left, reasons, among, course)
+    diagnosis = _concluded(experiment, found, verdict, formula, before, after, brief, left, reasons, among, course)
     course.clock.lap("location")
     return dataclasses.replace(diagnosis, warnings=(*diagnosis.warnings, *dropped, *partly))
 
@@ -250,6 +251,7 @@ def _concluded(
     formula: str,
     before: LeftOut,
     after: LeftOut,
+    brief: bool,
     left: Free,
     reasons: dict[str, str],
     among: Collection[str],
@@ -257,9 +259,9 @@ def _concluded(
 ) -> Diagnosis:
     """The verdict with its evidence: errors, alternatives, location of the misfit."""
     course.progress("describing where the misfit acts")
-    errors = errors_of(before, after)
-    shown_before = _side(before, after, errors[0])
-    shown_after = shown_before if after is before else _side(after, after, errors[1])
+    errors = errors_of(before, after, brief=brief)
+    shown_before = _side(before, errors[0], brief=brief)
+    shown_after = shown_before if after is before else _side(after, errors[1], brief=brief)
     named = tuple(_asserted(step, shown_after, after.fitted) for step in found.steps) if verdict == MISSING else ()
     named = tuple(sorted(named, key=lambda one: -one.probability))
     asserted = {one.effect.name for one in named}
@@ -310,8 +312,8 @@ def _concluded(
     )
 
 
-def _side(one: LeftOut, last: LeftOut, error: float) -> Side:
-    """A model with parameters, predictions and its error on what was left out, brief where the last model has a random force."""
+def _side(one: LeftOut, error: float, *, brief: bool) -> Side:
+    """A model with parameters, predictions and its error on what was left out."""
     fitted = one.fitted
     records = record_fits(fitted)
     chi2 = sum(value * record.samples for record in records for value in record.chi2_reduced.values())
@@ -321,7 +323,7 @@ def _side(one: LeftOut, last: LeftOut, error: float) -> Side:
         parameters=_numbers(fitted),
         chi2_reduced=chi2 / max(samples, 1),
         held_out_nrmse=error,
-        brief=is_brief(last),
+        brief=brief,
         records=records,
         disagreements=between_records(fitted),
         held_back=one.held_back,

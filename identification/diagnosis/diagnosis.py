@@ -54,7 +54,7 @@ class Profile:
     Attributes:
         coordinate: "displacement", "velocity", "indentation", "time" or "reading".
         unit: of the coordinate.
-        quantity: "force" (N), "stop" (its place), or the channel of the residual (in units of its noise).
+        quantity: "force" (N), "stop" (its place), or a channel: its error over the noise, or, over time, that of its gain.
         center, mean, stderr: (bins,); median coordinate, mean and standard error of the quantity.
         explained: gain of likelihood by the free form over this coordinate, over that of the best one.
         turns: whether the force acts the other way while u' < 0; `mean` is then that while u' > 0.
@@ -164,7 +164,7 @@ class Side:
         chi2_reduced: of the whole fit.
         held_out_nrmse: error on the records held back, root mean square over them and their channels; without any, of
             records left out in turn, or of the later half of a single one, see `left_out`.
-        brief: whether that error is over a quarter of a period in motions with impacts, since a random force remains.
+        brief: whether that error is over a quarter of a period in motions with impacts, from the states estimated there.
         records: with their predictions.
         disagreements: of the parameters between records.
         held_back: records left out of every fit, with their predictions.
@@ -288,6 +288,7 @@ def _side(side: Side) -> dict[str, Any]:
     return {
         "chi2_reduced": side.chi2_reduced,
         "held_out_nrmse": side.held_out_nrmse,
+        "brief": side.brief,
         "between_records": {one.name: one.document() for one in side.disagreements},
         "records": {record.file: {"gap": record.gap, "nrmse": record.nrmse} for record in side.records},
         "held_back": {record.file: record.nrmse for record in side.held_back},

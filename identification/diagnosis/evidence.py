@@ -40,8 +40,9 @@ class Judge:
         return known
 
     def errors(self, before: Fitted, after: Fitted) -> tuple[float, float]:
-        """Of two models on what was left out, see `errors_of`."""
-        return errors_of(self.left_out(before), self.left_out(after))
+        """Of two models on what was left out; brief ones where the second is shaken."""
+        was, is_now = self.left_out(before), self.left_out(after)
+        return errors_of(was, is_now, brief=is_now.is_shaken)
 
     def held_back_gain(self, before: Fitted, after: Fitted) -> float:
         """Gain of twice the log predictive density of the records held back; 0 without any, or where neither model can follow them.
@@ -68,7 +69,7 @@ class Judge:
         Args:
             before: model without it.
             one: the alternative.
-            no_worse_than: model whose error of the free motion it may reach, where that exceeds the error before.
+            no_worse_than: model whose error on what was left out it may reach, where that exceeds the error before.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
@@ -123,7 +124,7 @@ class Judge:
         if in_turn or self._experiment.held_back:
             was, is_now = self.left_out(before), self.left_out(after)
             held_out = self.held_back_gain(before, after) if self._experiment.held_back else was.density - is_now.density
-            errors = None if np.isnan(errors := errors_of(was, is_now)).all() else errors  # no channel has signal there
+            errors = None if np.isnan(errors := self.errors(before, after)).all() else errors  # no channel has signal there
         return Evidence(gain=gain, degrees=degrees, tried=tried, held_out=held_out, errors=errors)
 
 

@@ -34,7 +34,7 @@ class Form:
         unit: of the coordinate.
         knots: where its hats stand; (knots,).
         columns: knot, and direction of u' (1, -1, or 0 for both) or record, of each column; (columns, 2).
-        size: value that a column's strength of one stands for, SI; of a gain, at the rms value of its channel.
+        size: value that a column's strength of one stands for, SI; of a gain, in 1.
         signals: of the columns.
         members: effects whose strengths are those of the columns, for every record in turn; none where `FreeForm` holds it.
         tried: places among which it was the best.
@@ -108,20 +108,21 @@ def free_forms(fitted: Fitted, courses: tuple[Course, ...], scales: ProbeScales)
         low, high = np.quantile(whole, [0.005, 0.995])
         if not high > low:
             continue
-        knots, noise, rms = np.linspace(low, high, _HATS), scales.noise[channel], float(np.sqrt(np.mean(whole**2)))
-        made = [("reading", UNITS[channel], knots, [hats(one, knots, vanishing_below=False) for one in values])]
+        knots, noise, mean = np.linspace(low, high, _HATS), scales.noise[channel], float(np.mean(whole))
+        made = [("reading", UNITS[channel], knots, noise, [hats(one, knots, vanishing_below=False) for one in values])]
         if scales.tied:  # else a gain is the size of the motion
-            over_time = [hats(np.asarray(c.motion.t), times, vanishing_below=False) * x / rms for c, x in zip(courses, values, strict=True)]
-            made.append(("time", "s", times, over_time))
-        for coordinate, unit, places, of_records in made:
-            parts = [[on_segments(chains, i, noise * hat) for hat in one] for i, one in enumerate(of_records)]
+            clocks = [np.asarray(course.motion.t) for course in courses]
+            moved = [(x - mean) * hats(t, times, vanishing_below=False) for x, t in zip(values, clocks, strict=True)]
+            made.append(("time", "s", times, noise / float(np.std(whole)), moved))
+        for coordinate, unit, places, size, of_records in made:
+            parts = [[on_segments(chains, i, size * column) for column in one] for i, one in enumerate(of_records)]
             yield Form(
                 coordinate=coordinate,
                 quantity=channel,
                 unit=unit,
                 knots=places,
                 columns=np.stack([np.arange(len(places)), np.zeros(len(places), int)], axis=1),
-                size=noise,
+                size=size,
                 signals=tuple(Signal(force=None, stop=None, readings={channel: np.concatenate(one)}) for one in zip(*parts, strict=True)),
             )
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from identification.estimation.held_back import held_back_chain, rms_nrmse
-from identification.estimation.prediction import record_fits, strikes
+from identification.estimation.prediction import brief_frequency, record_fits, strikes
 from identification.experiment import Experiment
 from identification.result.result import RecordFit
 from identification.trajectory.elimination import Solution, solved
@@ -50,7 +50,7 @@ class LeftOut:
 
     @cached_property
     def brief_error(self) -> float:
-        """The same where motions with impacts are predicted over a quarter of a period from the states estimated there.
+        """The same where motions with impacts are followed over a quarter of a period from the states that are estimated there.
 
         Under a random force a motion leaves the recorded one by chance, most of all at an impact that is missed, whatever the model says.
         """
@@ -59,17 +59,18 @@ class LeftOut:
         held_back = () if self.chain is None else record_fits(_unknown_values(self.chain), brief=True)
         return rms_nrmse(held_back or left_out_fits(self.fitted, brief=True))
 
+    @property
+    def is_shaken(self) -> bool:
+        """Whether the model has a random force, and motions with impacts to predict: brief errors then compare it with others."""
+        problem, at = (self.chain or self.fitted).problem, (self.chain or self.fitted).at
+        records = enumerate(problem.experiment.records)
+        hits = any(strikes(problem, at, index) and brief_frequency(problem, record) > 0 for index, record in records)
+        return hits and not vanishes(self.fitted.problem, self.fitted.variances.force)
 
-def is_brief(after: LeftOut) -> bool:
-    """Whether models are compared by their brief errors: the last one has a random force, and motions with impacts to predict."""
-    predicted = after.chain or after.fitted
-    hits = any(strikes(predicted.problem, predicted.at, index) for index in range(len(predicted.problem.chains.files)))
-    return hits and not vanishes(after.fitted.problem, after.fitted.variances.force)
 
-
-def errors_of(before: LeftOut, after: LeftOut) -> tuple[float, float]:
-    """Errors of two models on what was left out, of the free motion or brief ones."""
-    return (before.brief_error, after.brief_error) if is_brief(after) else (before.error, after.error)
+def errors_of(before: LeftOut, after: LeftOut, *, brief: bool) -> tuple[float, float]:
+    """Errors of two models on what was left out: brief ones, or those of the free motion."""
+    return (before.brief_error, after.brief_error) if brief else (before.error, after.error)
 
 
 def left_out(fitted: Fitted, experiment: Experiment) -> LeftOut:

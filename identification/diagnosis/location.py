@@ -123,7 +123,7 @@ def _profile(scores: Scores, scored: Scored, weighed: Reestimated, explained: fl
         mean = of_columns @ weighed.strengths
         found.append((float(np.sum((mean / stderr) ** 2)), mean, stderr))
     which, (_, mean, stderr) = max(enumerate(found), key=lambda one: one[1][0])
-    unit = form.size if form.quantity in ("force", "stop") else 1.0  # errors of readings are over the noise
+    unit = 1.0 if form.coordinate == "reading" else form.size  # errors of readings are over the noise
     return Profile(
         coordinate=form.coordinate,
         unit=form.unit,
@@ -239,6 +239,8 @@ def _sentence(best: Profile, channel: str, records: dict[str, float], phase: str
         rms = best.mean.max() if best.coordinate == "frequency" else best.rms
         size = f"{significant(abs(best.average), 2)} N" if best.is_even else f"{significant(rms, 2)} N rms"
         parts.append(f"with a missing force of {size}{way}")
+    elif best.coordinate == "time" and best.quantity != "stop":
+        parts.append(f"with a gain that changes by {percent(float(np.ptp(best.mean)), 1.0)}")
     loud = [file for file, share in sorted(records.items(), key=lambda item: -item[1]) if share > 1.0 / len(records)]
     if len(records) > 1:
         even = max(records.values()) < 1.7 / len(records)

@@ -41,7 +41,7 @@ class Judging(Protocol):
         ...
 
     def __call__(self, before: Fitted, one: "Alternative", no_worse_than: Fitted | None = None) -> "Alternative":
-        """With the reason why it is not taken in; it may raise the error of the free motion up to that of a further model, where given."""
+        """With the reason why it is not taken in; it may raise the error left out up to that of a further model, where given."""
         ...
 
     def errors(self, before: Fitted, after: Fitted) -> tuple[float, float]:
@@ -65,7 +65,7 @@ class Alternative:
         drop: gain after that.
         held_back: gain on records that no fit has seen; 0 where there are none.
         refused: why it is not taken in; empty where it may be.
-        errors: of the free motion without and with it on what was left out; None where they were not asked.
+        errors: without and with it on what was left out; None where they were not asked.
         cause: the fitted model without its equations, of one that was not taken in; else None.
     """
 
@@ -97,7 +97,7 @@ class Alternative:
 
     @property
     def raises_error(self) -> bool:
-        """Whether the free motion errs more with it."""
+        """Whether the error on what was left out is larger with it."""
         return self.errors is not None and _is_worse(self.errors)
 
     def criterion(self, samples: int) -> float:
@@ -155,9 +155,9 @@ def search(
 ) -> Search:
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
-    Where one was not, begin again beside the others. In the first pass an effect may raise the error of the free motion, up to that of the
-    nominal model: beside one that only comes close to what is missing, a true one does. If the search then has a larger error than before
-    that effect, it goes back to the model without it and allows no rise.
+    Where one was not, begin again beside the others. In the first pass an effect may raise the error on what was left out, up to that of
+    the nominal model: beside one that only comes close to what is missing, a true one does. If the search then has a larger error than
+    before that effect, it goes back to the model without it and allows no rise.
 
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 
@@ -350,7 +350,7 @@ def _judged(
 ) -> list[Alternative]:
     """Fitted alternatives, the best first, asked until one is taken in; of the others those that chance could have put first.
 
-    One of these that raises no error of the free motion comes before a best one that does.
+    One of these that raises no error comes before a best one that does.
     """
     ranked, asked, taken = _ranked([judge.with_held_back(model, one) for one in tried], samples), [], []
     for one in ranked:
@@ -459,7 +459,7 @@ def _is_shown(scores: Scores, candidate: Candidate) -> bool:
 def _needed(found: Search, among: Collection[str], terms: Sequence[Formula], judge: Judging, progress: Progress) -> Search:
     """The search without effects that others have made needless, and with a better one in place of one that was taken in before these.
 
-    One that raised the error of the free motion when it was taken in leaves also where the rule refuses it beside the others.
+    One that raised the error on what was left out when it was taken in leaves also where the rule refuses it beside the others.
     An effect that was taken in last has just been found to be needed, and to be the best, unless another was exchanged since.
     """
     final, steps, exchanged = found.final, list(found.steps), False

@@ -39,7 +39,7 @@ def sentences(
     if before.held_back:
         unseen = "the record held back" if len(before.held_back) == 1 else f"the {len(before.held_back)} records held back"
     if after.brief:
-        unseen += ", predicted over a quarter of a period,"
+        unseen += " (with impacts: over a quarter of a period, from the state estimated there)"
     restless = () if unrest is None else (unrest.sentence(),)
     if verdict in (ADEQUATE, RESTLESS):
         return (

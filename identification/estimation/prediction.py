@@ -32,6 +32,8 @@ from vibrojax.compiling import soon_compiled
 
 PERIODS = 4.0
 """Length of a stretch with impacts: some impacts, over which an error of the state grows without taking the motion elsewhere."""
+BRIEF = 0.25
+"""Length of a brief one, in periods of the drive, or of the suspension where there is none: an impact at most, or two."""
 LANES = 64
 """Motions that are integrated side by side."""
 
@@ -55,14 +57,16 @@ def _free(model, unknowns, files, integrator, pieces, vectors):
     return value, u, v, in_contact, done
 
 
-def pieces_of(problem: Problem, at: Estimate) -> tuple[Chains, int]:
+def pieces_of(problem: Problem, at: Estimate, *, brief: bool = False) -> tuple[Chains, int]:
     """The records in pieces of some segments each, about a quarter of the slowest period, and how many segments a piece has.
 
-    A power of two, so that another number in the model seldom makes another program.
+    A power of two, so that another number in the model seldom makes another program. For brief stretches a sixteenth of the fastest period.
     """
-    slowest = min((one for record in problem.experiment.records if (one := frequency(problem, at, record)) > 0), default=0.0)
-    duration = float(np.median(problem.chains.duration))
-    wanted = 1.0 / (4.0 * slowest * duration) if slowest > 0 else 16.0  # four pieces a period
+    records, duration = problem.experiment.records, float(np.median(problem.chains.duration))
+    found = [one for record in records if (one := brief_frequency(problem, record) if brief else frequency(problem, at, record)) > 0]
+    wanted = 16.0
+    if found:
+        wanted = 1.0 / ((16.0 * max(found) if brief else 4.0 * min(found)) * duration)
     segments = 2 ** max(0, round(np.log2(wanted)))
     return chains_of(problem.experiment.records, problem.chains.samples * segments, rest=problem.rest), segments
 
@@ -71,6 +75,11 @@ def frequency(problem: Problem, at: Estimate, record: Record) -> float:
     """The slower of suspension and drive, Hz; 0 where there is neither."""
     both = (problem.values(at).get("f_n", 0.0), record.excitation_frequency or 0.0)
     return min((one for one in both if one > 0), default=0.0)
+
+
+def brief_frequency(problem: Problem, record: Record) -> float:
+    """Of the drive, else the first guess of that of the suspension, Hz, so that models are compared over one length; 0 without either."""
+    return record.excitation_frequency or problem.values(problem.start).get("f_n", 0.0)
 
 
 def free_motion(
@@ -113,7 +122,7 @@ def record_fits(fitted: Fitted, chosen: Collection[int] | None = None, *, brief:
     found, followed = _predicted(fitted, places, fitted.at.states, brief=brief), _following(fitted, places)
     if followed is None:
         return found
-    pairs = zip(found, _predicted(fitted, places, followed), strict=True)
+    pairs = zip(found, _predicted(fitted, places, followed, brief=brief), strict=True)
     return tuple(min(pair, key=lambda one: np.nan_to_num(sum(one.chi2_reduced.values()), nan=np.inf, posinf=np.inf)) for pair in pairs)
 
 
@@ -122,7 +131,7 @@ def _predicted(
 ) -> tuple[RecordFit, ...]:
     """Records with the motion from given states at the beginnings of their stretches."""
     problem, at = fitted.problem, fitted.at
-    pieces, segments = pieces_of(problem, at)
+    pieces, segments = pieces_of(problem, at, brief=brief)
     stretches = [_stretches(problem, at, index, pieces, brief) for index in places]
     begin, count = (np.concatenate(part) for part in zip(*stretches, strict=True))
     first = np.array([pieces.of_record(index).start for index in range(len(pieces.files))])
@@ -176,9 +185,9 @@ def strikes(problem: Problem, at: Estimate, index: int) -> bool:
 
 def _stretches(problem: Problem, at: Estimate, index: int, pieces: Chains, brief: bool) -> tuple[np.ndarray, np.ndarray]:
     """First piece of each stretch of a record, and how many it has."""
-    part, hz = pieces.of_record(index), frequency(problem, at, problem.experiment.records[index])
+    part, record = pieces.of_record(index), problem.experiment.records[index]
+    hz, periods = (brief_frequency(problem, record), BRIEF) if brief else (frequency(problem, at, record), PERIODS)
     length, whole = float(np.median(pieces.duration[part])), part.stop - part.start
-    periods = 0.0 if brief else PERIODS
     each = max(1, round(periods / (hz * length))) if hz > 0 and strikes(problem, at, index) else whole
     begin = np.arange(part.start, part.stop, each)
     return begin, np.minimum(each, part.stop - begin)

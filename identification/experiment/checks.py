@@ -147,14 +147,16 @@ def check_directions(record: Record, declared: Declared) -> Iterator[Finding]:
 def is_turned(record: Record) -> bool:
     """Whether a load cell reads most of the impulse of its impacts, and the strongest of them, as pulls.
 
-    A preload that an impact relieves is none, nor is a hum between impacts, whose half waves may have more impulse than these.
+    A preload that an impact relieves is none, nor is a hum between impacts, whose half waves may have more impulse than these. Single
+    samples say nothing: compared are the third strongest pull and push of all impacts.
     """
     impacts, felt = _load_cell_impacts(record), contact_force(record)
     falls = len(impacts) >= FEWEST_IMPACTS and sum(impact.impulse for impact in impacts) < 0.0
-    if not falls or felt is None:
+    if not falls or felt is None or not np.nanmin(record.channels["impact_force"]) < -felt[1]:
         return False
-    force = record.channels["impact_force"]
-    return bool(-np.nanmin(force) > max(felt[1], np.nanmax(force)))
+    of_each = [felt[0][impact.first : impact.end] for impact in impacts]
+    pull, push = (np.partition([float(np.nanmax(sign * one)) for one in of_each], -FEWEST_IMPACTS)[-FEWEST_IMPACTS] for sign in (-1, 1))
+    return bool(pull > push)
 
 
 def check_bodies(record: Record, declared: Declared) -> Iterator[Finding]:

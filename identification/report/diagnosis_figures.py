@@ -90,6 +90,8 @@ def _over(profile: Profile) -> str:
 
 def _quantity(profile: Profile) -> tuple[str, float, str]:
     """What a profile shows in words; the factor to the axis, and its unit."""
+    if profile.coordinate == "time" and profile.quantity != "stop":
+        return f"error of the gain of {spoken(profile.quantity)}", 100.0, "%"
     named = {"force": "missing force", "stop": "shift of the stop"}
     of = named.get(profile.quantity) or f"error of {spoken(profile.quantity)}"
     return of, *{"N": (1.0, "N"), "m": (1e3, "mm")}.get(profile.size_unit, (1.0, "σ"))

@@ -203,7 +203,7 @@ def readings(diagnosis: Diagnosis) -> str:
 
 def unseen(diagnosis: Diagnosis) -> str:
     """What the error of prediction is measured on."""
-    brief = ", over a quarter of a period" if diagnosis.augmented.brief else ""
+    brief = " (with impacts: over a quarter of a period)" if diagnosis.augmented.brief else ""
     if diagnosis.nominal.held_back:
         return f"records held back{brief}"
     return f"records left out in turn{brief}" if len(diagnosis.nominal.records) > 1 else f"the later half, from the earlier{brief}"

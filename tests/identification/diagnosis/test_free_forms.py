@@ -83,14 +83,18 @@ def test_the_location_tells_its_frequency_and_size(beside):
 
 @pytest.mark.parametrize("tied", [True, False])
 def test_a_gain_over_time_is_a_form_where_something_else_sets_the_size_of_the_motion(scores, tied):
-    """Its columns are the reading itself, at the rms value as large as the noise, from the first sample to the last."""
+    """Its columns are the channel's deviation from its mean, each about its own knot from the first sample to the last."""
     forms = free_forms(scores.fitted, scores.courses, dataclasses.replace(scores.scales, tied=tied))
     found = [one for one in forms if (one.coordinate, one.quantity) == ("time", "impact_force")]
     assert len(found) == tied
     for form in found:
-        whole = sum(signal.readings["impact_force"] for signal in form.signals)
+        chains, records = scores.fitted.problem.chains, scores.fitted.problem.experiment.records
         readings = [np.asarray(course.readings["impact_force"]) for course in scores.courses]
-        rms = np.sqrt(np.mean(np.concatenate(readings) ** 2))
-        expected = on_segments(scores.fitted.problem.chains, 0, readings[0]) * scores.scales.noise["impact_force"] / rms
-        np.testing.assert_allclose(whole[: len(expected)], expected, rtol=1e-9)
-        assert form.knots[0] == 0.0 and form.name == "any gain of impact force over time"
+        whole = np.concatenate([one[: len(record.time)] for one, record in zip(readings, records, strict=True)])
+        assert form.size == pytest.approx(scores.scales.noise["impact_force"] / np.std(whole))
+        time = np.asarray(scores.courses[1].motion.t)
+        share = np.clip(1.0 - np.abs(time - form.knots[2]) / (form.knots[1] - form.knots[0]), 0.0, 1.0)
+        expected = on_segments(chains, 1, form.size * share * (readings[1] - np.mean(whole)))
+        np.testing.assert_allclose(form.signals[2].readings["impact_force"][chains.of_record(1)], expected, atol=1e-9)
+        assert form.knots[[0, -1]] == pytest.approx([0.0, max(record.time[-1] for record in records)])
+        assert form.name == "any gain of impact force over time"

@@ -7,6 +7,7 @@ import pytest
 
 from identification.diagnosis import left_out as module
 from identification.diagnosis.left_out import LeftOut, folds, left_out_density, left_out_fits
+from identification.estimation.prediction import record_fits
 from identification.trajectory.fit import Fitted, equations
 from identification.trajectory.motion import Estimate
 from identification.trajectory.random_force import RandomForce
@@ -96,22 +97,28 @@ def _frequency(values: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize(("force", "hits", "brief"), [(0.1, True, True), (0.1, False, False), (0.0, True, False)])
-def test_errors_are_brief_where_the_last_model_has_a_random_force_beside_impacts(whole, monkeypatch, force, hits, brief):
-    @dataclasses.dataclass(frozen=True, kw_only=True)
-    class Known(LeftOut):
-        error = 0.4
-        brief_error = 0.1
-
+def test_models_are_compared_by_brief_errors_under_a_random_force_beside_impacts(whole, monkeypatch, force, hits, brief):
     monkeypatch.setattr(module, "strikes", lambda problem, at, index: hits)
     monkeypatch.setattr(module, "vanishes", lambda problem, one: one.std == 0.0)
-    calm, shaken = (
-        Known(
-            fitted=dataclasses.replace(one, variances=dataclasses.replace(one.variances, force=RandomForce(std=std, memory=0.1))),
-            density=0.0,
-        )
-        for one, std in ((solved(whole, FORCES[0]), 0.2), (solved(whole, FORCES[0]), force))
-    )
-    assert module.errors_of(calm, shaken) == ((0.1, 0.1) if brief else (0.4, 0.4))
+    found = solved(whole, FORCES[0])
+    shaken_so = dataclasses.replace(found.variances, force=RandomForce(std=force, memory=0.1))
+    assert LeftOut(fitted=dataclasses.replace(found, variances=shaken_so), density=0.0).is_shaken == brief
+
+
+def test_a_brief_error_is_that_of_brief_predictions(whole, monkeypatch):
+    asked: list[bool] = []
+
+    def predicted(fitted, chosen=None, *, brief=False):
+        asked.append(brief)
+        return record_fits(fitted, chosen)
+
+    monkeypatch.setattr(module, "record_fits", predicted)
+    found = LeftOut(fitted=solved(whole, FORCES[0]), density=0.0)
+    held_back = dataclasses.replace(found, chain=found.fitted)
+    assert module.errors_of(found, held_back, brief=True) == (found.brief_error, held_back.brief_error) and set(asked) == {True}
+    asked.clear()
+    assert module.errors_of(found, held_back, brief=False) == (found.error, held_back.error) and set(asked) == {False}
+    assert LeftOut(fitted=found.fitted, density=np.inf).brief_error == 1.0
 
 
 def test_records_are_predicted_when_the_error_is_asked_for(whole, monkeypatch):

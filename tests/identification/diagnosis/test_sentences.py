@@ -34,7 +34,7 @@ def test_nothing_missing_is_said_with_the_error_of_prediction(made):
 def test_an_error_over_a_part_of_a_period_is_said_to_be_one(made):
     one = made[MISSING]
     text = said(one, after=dataclasses.replace(one.augmented, brief=True))
-    assert "The error on records left out in turn, predicted over a quarter of a period, falls from" in text
+    assert "left out in turn (with impacts: over a quarter of a period, from the state estimated there) falls from" in text
 
 
 def test_an_error_that_lasts_longer_than_the_noise_that_was_seen_is_not_called_noise(made):

@@ -224,6 +224,18 @@ def test_a_unit_that_is_not_known_is_to_be_filled_in(tmp_path):
     assert load_experiment(tmp_path).records[0].channels["hammer_displacement"][-1] == pytest.approx(1e-3 * TIME[-1])
 
 
+@pytest.mark.parametrize("what", ["glitch", "offset"])
+def test_a_turned_load_cell_with_a_glitch_or_an_offset_is_turned(what, tmp_path):
+    values = channels("cart-excitation")
+    force = -values["impact_force"]
+    if what == "glitch":
+        force[100] = -1.2 * force.min()
+    else:
+        force -= 0.6 * force.min()
+    write_csv(tmp_path / "run.csv", values | {"impact_force": force})
+    assert "sign = -1" in propose(inspect_path(tmp_path), tmp_path)
+
+
 @pytest.mark.parametrize("kind", ["drop-test", "cart-excitation"])
 def test_a_load_cell_that_reads_impacts_as_pulls_is_turned(kind, tmp_path):
     values = channels(kind)
