@@ -9,6 +9,7 @@ from identification.diagnosis.free_forms import Form, free_forms
 from identification.diagnosis.location import locate
 from identification.diagnosis.scores import Candidate, Scored, Scores
 from identification.estimation.prediction import record_fits
+from identification.report.diagnosis_figures import _quantity
 from identification.result.result import RecordFit
 from identification.trajectory.additions import Reestimated
 from vibrojax.effects import GainError, GapStep
@@ -128,3 +129,14 @@ def test_an_error_common_to_both_directions_does_not_blur_a_force_that_turns(sco
     (profile,) = locate(scores, records, [(scored, blurred, gain)], None).profiles
     assert profile.turns
     np.testing.assert_allclose(profile.stderr, 0.01 / np.sqrt(2.0) * scores.fitted.problem.scales.force)
+
+
+def test_a_gain_that_drifts_is_said_to_with_its_size(scores, forms, records):
+    form = forms["time", "hammer_displacement"]
+    drift = np.linspace(0.0, 0.03, len(form.columns))
+    found = locate(scores, records, [weighed(scores, form, drift / form.size, 5000.0)], None)
+    (profile,) = found.profiles
+    np.testing.assert_allclose(profile.mean, drift, atol=1e-12)
+    assert (found.coordinate, found.channel, profile.size_unit) == ("time", "hammer_displacement", "1")
+    assert "with a gain that changes by 3.0 %" in found.sentence and "on the record's clock" in found.sentence
+    assert _quantity(profile) == ("error of the gain of hammer displacement", 100.0, "%")
