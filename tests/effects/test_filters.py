@@ -1,7 +1,6 @@
 """Filters of sensors and recorder: their response, their memory, and a record that is read in parts."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -14,7 +13,7 @@ from tests.effects.scales import SCALES
 from tests.effects.sensor import continued, record, shown, unheard
 from vibrojax.channels import EVERY_CHANNEL, channels, recorded
 from vibrojax.contact import HuntCrossley
-from vibrojax.effects import EFFECTS, ForceLag, RecorderLowPass, SensorHighPass
+from vibrojax.effects import EFFECTS, ForceLag, Motion, RecorderLowPass, SensorHighPass
 from vibrojax.effects.filters import RecorderFilter
 from vibrojax.excitation import Unforced, at_rest
 from vibrojax.integrate import Landing
@@ -189,7 +188,8 @@ def test_a_recorder_low_pass_is_undone_whichever_memories_are_known():
 def test_a_memory_belongs_to_its_channel():
     followed = RecorderLowPass(1.5e-3, channels=("hammer_acceleration", "impact_force"))
     given = {name: jnp.zeros(3) for name in ("impact_force", "hammer_acceleration", "cart_displacement")}
-    motion = SimpleNamespace(t=jnp.arange(3.0) * 1e-3)
+    nothing = jnp.zeros(3)
+    motion = Motion(1e-3 * jnp.arange(3.0), nothing, nothing, nothing, nothing, nothing > 0)
     shown = followed.read(given, motion, jnp.array([[2.0, 7.0]]))
     assert {name: float(values[0]) for name, values in shown.items()} == {
         "impact_force": 7.0,

@@ -1,7 +1,6 @@
 """Where models with an effect begin."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,7 +16,7 @@ from tests.effects.start import at_start
 from tests.identification.conftest import TRUTH
 from tests.identification.diagnosis.candidates import probed
 from vibrojax.contact import NoContact
-from vibrojax.effects import EFFECTS, BackStop, ClockDrift, RecorderLowPass, TimeOffset
+from vibrojax.effects import EFFECTS, BackStop, ClockDrift, Motion, RecorderLowPass, TimeOffset
 from vibrojax.errors import NoConvergenceError
 
 
@@ -146,7 +145,8 @@ def smeared(scores) -> Scores:
     problem, records = scores.fitted.problem, []
     for record in problem.experiment.records:
         given, time = {name: jnp.asarray(values) for name, values in record.channels.items()}, jnp.asarray(record.time)
-        shown = FILTER.read(given, SimpleNamespace(t=time), jnp.zeros((1, len(FILTER.own_states))))
+        motion = Motion(time, *[jnp.zeros(len(time))] * 4, jnp.zeros(len(time), bool))
+        shown = FILTER.read(given, motion, jnp.zeros((len(time), len(FILTER.own_states))))
         records.append(dataclasses.replace(record, channels={name: np.array(values) for name, values in shown.items()}))
     records[0].channels["hammer_displacement"][200:230] = np.nan
     experiment = dataclasses.replace(problem.experiment, records=tuple(records))
