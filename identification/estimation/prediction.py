@@ -2,7 +2,7 @@
 
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
-stretch is `PERIODS` long, counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
+stretch is `PERIODS` long (`BRIEF` where models with a random force are compared), counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
 which it follows the whole record best: beside a random force, a state is known from the samples near it alone.
 
 Where no random force is left, chi-square is that of the smoothed motion, unless impacts follow each other in the free one: noise of a
@@ -117,7 +117,7 @@ def free_motion(
 
 
 def record_fits(fitted: Fitted, chosen: Collection[int] | None = None, *, brief: bool = False) -> tuple[RecordFit, ...]:
-    """Records of a fit with their prediction: all, or the chosen ones, in order; those with impacts piece by piece where `brief`."""
+    """Records of a fit with their prediction: all, or the chosen ones, in order; those with impacts over `BRIEF` where `brief`."""
     places = list(range(len(fitted.problem.chains.files))) if chosen is None else sorted(chosen)
     found, followed = _predicted(fitted, places, fitted.at.states, brief=brief), _following(fitted, places)
     if followed is None:
