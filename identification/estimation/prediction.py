@@ -2,8 +2,9 @@
 
 A record is cut into stretches. Each is integrated in one go from the fitted state at its beginning, with the record's own numbers and no
 random force: what the model alone predicts. Where the hammer strikes a stop, an error of the state grows from impact to impact, so that a
-stretch is `PERIODS` long (`BRIEF` where models with a random force are compared), counted by the slower of suspension and drive. A vibration without impacts is one stretch, from the state with
-which it follows the whole record best: beside a random force, a state is known from the samples near it alone.
+stretch is `PERIODS` long, counted by the slower of suspension and drive (`BRIEF` where models with a random force are compared). A
+vibration without impacts is one stretch, from the state with which it follows the whole record best: beside a random force, a state is
+known from the samples near it alone.
 
 Where no random force is left, chi-square is that of the smoothed motion, unless impacts follow each other in the free one: noise of a
 recorded input moves the hammer off the free motion, and a long flight without a spring shows the smallest force that a fit leaves.
