@@ -174,6 +174,11 @@ def test_a_recorder_low_pass_begins_at_the_records_with_the_filter_undone(scores
     np.testing.assert_allclose(found.scales.own, np.sqrt(np.mean(states**2, axis=0)))
 
 
+def test_a_low_pass_begins_near_its_time_constant_where_its_first_order_is_far_too_small(smeared):
+    found, _ = extended(smeared, Candidate(name=FILTER.name, members=(FILTER,), signals=()), np.array([0.05]))
+    assert found.values(found.start)["recorder_low_pass.time_constant"] == pytest.approx(float(FILTER.time_constant), rel=0.5)
+
+
 def test_beside_another_effect_or_without_impacts_a_low_pass_begins_at_the_estimate_without_it(scores, smeared):
     candidate = Candidate(name=FILTER.name, members=(FILTER,), signals=())
     other, at = extended(scores, probed(scores, "quadratic_drag"), np.ones(1))
@@ -184,7 +189,7 @@ def test_beside_another_effect_or_without_impacts_a_low_pass_begins_at_the_estim
 
 def test_a_filter_is_undone_within_the_bounds_of_its_time_constant(scores, smeared):
     """A strength of the wrong sign would make the time constant negative."""
-    found, _ = extended(smeared, Candidate(name=FILTER.name, members=(FILTER,), signals=()), -np.ones(1))
+    found = augment._begun_undone(smeared.fitted, FILTER.scaled(-1.0))
     off = np.abs(found.start.states[:, :2] - smeared.fitted.problem.start.states[:, :2]).max(axis=1)
     assert np.mean(off < 1e-9) > 0.95  # all but the knots at the pause
 
