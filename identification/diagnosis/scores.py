@@ -5,6 +5,7 @@ import itertools
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cached_property
 
@@ -294,7 +295,7 @@ def _in_record(signal: Signal, chains: Chains, index: int) -> Signal:
 
 def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tuple[Scored, ...]:
     """Largest score of every candidate over several variances, by decreasing gain."""
-    scorers = [scorer(fitted.problem, fitted.at, fitted.linear, one) for one in _variances(fitted)]
+    scorers = _scorers(fitted)
     batches: list[list[Candidate]] = [[]]
     for candidate in candidates:
         if len(_packed([*batches[-1], candidate])[0]) > 24:  # columns at once in each thread: memory of a few linearisations
@@ -302,6 +303,19 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
         batches[-1].append(candidate)
     found = itertools.chain(*_side_by_side(lambda batch: _batch(fitted, by, scorers, batch), filter(None, batches)))
     return tuple(sorted(found, key=lambda one: -one.gain))
+
+
+def _scorers(fitted: Fitted) -> list[Scorer]:
+    """Equations under those of `_variances` under which they can be solved, the fit's own among them.
+
+    With another force, rounding may spoil them, where an effect has states that are large beside its share of the motion.
+    """
+    own, *others = _variances(fitted)
+    found = [scorer(fitted.problem, fitted.at, fitted.linear, own)]
+    for one in others:
+        with suppress(np.linalg.LinAlgError):
+            found.append(scorer(fitted.problem, fitted.at, fitted.linear, one))
+    return found
 
 
 def _packed(candidates: Sequence[Candidate]) -> tuple[list[list[Signal]], list[list[int]]]:
