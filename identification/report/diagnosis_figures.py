@@ -66,11 +66,11 @@ def missing_over_others(diagnosis: Diagnosis, style: PageStyle) -> Iterator[Pict
     others = [one for one in where.profiles[1:] if one.explained > 0.0][:MOST] if where is not None else []
     if not others:
         return
-    figure, _, drawn = grid_of(len(others), 1.1, min(len(others), 2), gap=(0.68, 0.6))
+    figure, _, drawn = grid_of(len(others), 1.1, min(len(others), 2), gap=(0.84, 0.6), edges=(0.72, 0.1, 0.45, 0.42))
     for axes, profile in zip(drawn, others, strict=True):
         _profile(axes, profile, diagnosis.experiment, style)
         of, _, unit = _quantity(profile)
-        axes.set_title(f"{of}: gains {_share(profile)}", loc="left", pad=3, fontsize=8)
+        axes.set_title(f"{of}\ngains {_share(profile)}", loc="left", pad=3, fontsize=8)
         axes.set_ylabel(f"({unit})")
         few_ticks(axes, x=5, y=4)
     yield Picture(
