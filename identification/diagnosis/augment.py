@@ -104,16 +104,14 @@ def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tup
 
     There is no estimate where the motion of the model without misleads: it went through the stop that the effect brings; or, with no other
     effect in the model, it followed impacts that a filter of all channels had smeared, or channels of which the records show one to be
-    late. The problem then begins at the loops of force over indentation, or at the records with the effect undone, of a filter at the
-    time constant that gives the clearest loops. A lateness that was
-    `aligned` begins as it is, whatever its strength.
+    late. The problem then begins at the loops of force over indentation, or at the records with the effect undone. A lateness that was
+    `aligned` begins as it is, whatever its strength, and so does such a filter: at first order, along smeared impacts, it is far too weak.
     """
     whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
-    if is_aligned and is_shown_late(scores, candidate):
+    is_filter = candidate.members[0].does("undone") and not _makes_late(candidate) and scores.scales.force > 0 and not whole.effects
+    if is_filter or (is_aligned and is_shown_late(scores, candidate)):
         return _begun_undone(scores.fitted, candidate.members[0]), None
     effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
-    if effect.does("undone") and not _makes_late(candidate) and scores.scales.force > 0 and not whole.effects:
-        return _begun_at_clearest_loops(scores, effect), None
     problem, near = _with(scores.fitted, (*whole.effects, effect), own=own, states=_states(scores, effect))
     if not effect.does("stop"):
         return problem, near
@@ -135,17 +133,6 @@ def _makes_late(candidate: Candidate) -> bool:
 def _is_aligned(scores: Scores, candidate: Candidate) -> bool:
     """Whether a candidate makes its channel late by more than a sample, at the end of the longest record: none is probed with as much."""
     return _makes_late(candidate) and abs(float(candidate.members[0].lateness(jnp.asarray(scores.scales.latest)))) > scores.scales.sampling
-
-
-def _begun_at_clearest_loops(scores: Scores, effect: AbstractEffect) -> Problem:
-    """`_begun_undone` with the effect, or with that of the grid that leaves loops of force over indentation which a law follows best.
-
-    At first order a filter is estimated along impacts that it has smeared, and may come out many times too weak.
-    """
-    begun = [_begun_undone(scores.fitted, one) for one in (effect, *effect.probe.effects(scores.scales))]
-    loops = [read_off_loops(one, scores.scales) for one in begun]
-    misfits = [np.inf if read is None else read.misfit for read in loops]
-    return begun[int(np.argmin(misfits))]
 
 
 def _begun_undone(fitted: Fitted, effect: AbstractEffect) -> Problem:

@@ -159,11 +159,9 @@ def score_all(fitted: Fitted, among: Collection[str] = EFFECTS, terms: Sequence[
     along, sampled = courses(fitted)
     by, scales = by_sample(fitted, sampled), probe_scales(fitted, along)
     held = {effect.name for effect in fitted.problem.model.effects}
-    candidates = []
-    for name, kind in known_effects(terms).items():
-        if name in among and name not in held:
-            candidates += _of_kind(kind, scales, along, fitted.problem.chains)
-    listed = _scored(fitted, by, candidates)
+    kinds = [kind for name, kind in known_effects(terms).items() if name in among and name not in held]
+    candidates = itertools.chain(*_side_by_side(lambda kind: _of_kind(kind, scales, along, fitted.problem.chains), kinds))
+    listed = _scored(fitted, by, list(candidates))
     forms = [Candidate(name=one.name, members=one.members, signals=one.signals, form=one) for one in free_forms(fitted, along, scales)]
     free = _scored(fitted, by, forms)
     return Scores(fitted=fitted, scales=scales, courses=along, by=by, listed=listed, free=free)
