@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from identification.diagnosis import scores as module
 from identification.diagnosis.scores import Scored, Scores, _packed, _scored, _variances
 from identification.trajectory.random_force import RandomForce
 from identification.trajectory.variances import SMALLEST_FORCE, is_largest, vanishes
@@ -55,6 +56,26 @@ def test_a_force_is_scored_where_the_fit_has_no_random_force(scores: Scores, can
     assert own.force is none and not vanishes(without.problem, some.force) and is_largest(without.problem, first.force)
     (found,) = _scored(without, scores.by, [candidates[2]])
     assert found.known.all() and found.strengths[0] != 0.0
+
+
+def test_where_equations_of_another_force_cannot_be_solved_the_other_scores_count(scores: Scores, candidates, monkeypatch):
+    own, *others = _variances(scores.fitted)
+
+    def refusing(*unsolved):
+        def scorer(problem, at, linear, variances):
+            if any(variances == one for one in unsolved):
+                raise np.linalg.LinAlgError
+            return original(problem, at, linear, variances)
+
+        return scorer
+
+    original = module.scorer
+    monkeypatch.setattr(module, "scorer", refusing(*others))
+    found = _scored(scores.fitted, scores.by, candidates)
+    assert len(found) == len(candidates) and found[0].gain > 0.0
+    monkeypatch.setattr(module, "scorer", refusing(own))
+    with pytest.raises(np.linalg.LinAlgError):
+        _scored(scores.fitted, scores.by, [candidates[2]])
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
