@@ -69,7 +69,8 @@ class Judge:
         Args:
             before: model without it.
             one: the alternative.
-            no_worse_than: model whose error on what was left out it may reach, where that exceeds the error before.
+            no_worse_than: model whose error on what was left out it may reach, where that exceeds the error before; any error, where the
+                model before has a random force as large as it may be, beside which its parameters mean little.
         """
         assert one.fitted is not None, "a candidate is judged once it is fitted"
         if not one.fitted.converged:
@@ -80,7 +81,8 @@ class Judge:
         evidence = self._of_effect(before, one, one.fitted)
         errors = evidence.errors
         if errors is not None and no_worse_than is not None:
-            allowed = float(np.fmax(errors[0], self.errors(no_worse_than, one.fitted)[0]))
+            says_little = is_largest(before.problem, before.variances.force)
+            allowed = np.inf if says_little else float(np.fmax(errors[0], self.errors(no_worse_than, one.fitted)[0]))
             evidence = dataclasses.replace(evidence, errors=(allowed, errors[1]))
         return dataclasses.replace(one, refused=decide(evidence), errors=errors)
 

@@ -156,8 +156,8 @@ def search(
     """Take in effects one by one as long as the likelihood asks for one; then ask of each of several whether it is needed, and the best.
 
     Where one was not, begin again beside the others. In the first pass an effect may raise the error on what was left out, up to that of
-    the nominal model: beside one that only comes close to what is missing, a true one does. If the search then has a larger error than
-    before that effect, it goes back to the model without it and allows no rise.
+    the nominal model: beside one that only comes close to what is missing, a true one does; beside the largest random force by any amount.
+    If the search then has a larger error than before that effect, it goes back to the model without it and allows no rise.
 
     Parameters in which records contradict each other get a value in each where that says more than any effect, or none is asked for.
 

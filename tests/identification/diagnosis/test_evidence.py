@@ -103,6 +103,15 @@ def test_without_such_records_the_gain_stays_and_those_left_out_in_turn_may_refu
     assert (one.held_back, one.refused) == (0.0, "it does not predict better what was left out")
 
 
+@pytest.mark.parametrize(("size", "passing", "refused"), [(0.3, True, False), (0.29, True, True), (0.3, False, True)])
+def test_the_error_of_a_model_with_the_largest_force_is_no_limit_in_the_first_pass(scores, predicted, size, passing, refused):
+    judge, _ = predicted((900.0, 0.1), (860.0, 0.3))
+    force = RandomForce(std=size * scores.fitted.problem.scales.force, memory=0.01)
+    before = dataclasses.replace(scores.fitted, variances=dataclasses.replace(scores.fitted.variances, force=force))
+    one = judge(before, judge.with_held_back(before, friction(scores)), before if passing else None)
+    assert (bool(one.refused), one.raises_error) == (refused, True)
+
+
 @pytest.mark.parametrize(
     ("error", "allowing", "refused"), [(0.05, False, ""), (0.08, False, "rises with it"), (0.08, True, ""), (0.31, True, "rises with it")]
 )
