@@ -105,11 +105,11 @@ def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tup
     There is no estimate where the motion of the model without misleads: it went through the stop that the effect brings; or, with no other
     effect in the model, it followed impacts that a filter of all channels had smeared, or channels of which the records show one to be
     late. The problem then begins at the loops of force over indentation, or at the records with the effect undone. A lateness that was
-    `aligned` begins as it is, whatever its strength, and so does such a filter: at first order, along smeared impacts, it is far too weak.
+    `aligned` begins as it is, whatever its strength. So does a filter of all channels: its strength at first order, estimated along smeared
+    impacts, is several times too small.
     """
     whole, is_aligned = scores.fitted.problem.model_at(scores.fitted.at), _is_aligned(scores, candidate)
-    is_filter = candidate.members[0].does("undone") and not _makes_late(candidate) and scores.scales.force > 0 and not whole.effects
-    if is_filter or (is_aligned and is_shown_late(scores, candidate)):
+    if _smears_impacts(scores, candidate) or (is_aligned and is_shown_late(scores, candidate)):
         return _begun_undone(scores.fitted, candidate.members[0]), None
     effect, own = (candidate.members[0], {}) if is_aligned else strengthened(candidate.members, strengths)
     problem, near = _with(scores.fitted, (*whole.effects, effect), own=own, states=_states(scores, effect))
@@ -117,6 +117,12 @@ def extended(scores: Scores, candidate: Candidate, strengths: np.ndarray) -> tup
         return problem, near
     begun = _from_loops(problem, effect, scores.scales)
     return begun, near if whole.has_stop or begun is problem else None
+
+
+def _smears_impacts(scores: Scores, candidate: Candidate) -> bool:
+    """Whether a candidate is a filter of all channels, beside impacts and in a model without other effects."""
+    of_all = candidate.members[0].does("undone") and not _makes_late(candidate)
+    return of_all and scores.scales.force > 0 and not scores.fitted.problem.model.effects
 
 
 def is_shown_late(scores: Scores, candidate: Candidate) -> bool:

@@ -257,7 +257,7 @@ def all_weighed_anew(scores: Scores, candidates: Sequence[Scored]) -> list[Reest
 
 
 def _side_by_side(function: Callable, items: Iterable) -> list:
-    """A function of every item, in threads: few, since each holds copies of the linearisation."""
+    """A function of every item, in their order, in threads: few, since some hold copies of the linearisation."""
     with ThreadPoolExecutor(min(len(os.sched_getaffinity(0)), 4)) as threads:
         return list(threads.map(function, items))
 
@@ -304,9 +304,12 @@ def _scored(fitted: Fitted, by: BySample, candidates: Sequence[Candidate]) -> tu
 
 
 def _scorers(fitted: Fitted) -> list[Scorer]:
-    """Equations under those of `_variances` under which they can be solved, the fit's own among them.
+    """Scorers under the variances of the fit, and under every other one of `_variances` whose equations can be solved.
 
-    With another force, rounding may spoil them, where an effect has states that are large beside its share of the motion.
+    Rounding may make these indefinite, where the state of an effect is large beside its share of the motion.
+
+    Raises:
+        LinAlgError: the equations under the fit's own variances cannot be solved.
     """
     own, *others = _variances(fitted)
     found = [scorer(fitted.problem, fitted.at, fitted.linear, own)]

@@ -58,24 +58,28 @@ def test_a_force_is_scored_where_the_fit_has_no_random_force(scores: Scores, can
     assert found.known.all() and found.strengths[0] != 0.0
 
 
-def test_where_equations_of_another_force_cannot_be_solved_the_other_scores_count(scores: Scores, candidates, monkeypatch):
+def test_where_equations_under_other_variances_cannot_be_solved_the_other_scores_count(scores: Scores, candidates, monkeypatch):
     own, *others = _variances(scores.fitted)
+    original, unsolved = module.scorer, []
 
-    def refusing(*unsolved):
-        def scorer(problem, at, linear, variances):
-            if any(variances == one for one in unsolved):
-                raise np.linalg.LinAlgError
-            return original(problem, at, linear, variances)
+    def scorer(problem, at, linear, variances):
+        if any(variances is one for one in unsolved):
+            raise np.linalg.LinAlgError
+        return original(problem, at, linear, variances)
 
-        return scorer
+    def gains(variances) -> dict[str, float]:
+        monkeypatch.setattr(module, "_variances", lambda fitted: variances)
+        return {one.candidate.name: one.gain for one in _scored(scores.fitted, scores.by, candidates)}
 
-    original = module.scorer
-    monkeypatch.setattr(module, "scorer", refusing(*others))
-    found = _scored(scores.fitted, scores.by, candidates)
-    assert len(found) == len(candidates) and found[0].gain > 0.0
-    monkeypatch.setattr(module, "scorer", refusing(own))
+    monkeypatch.setattr(module, "scorer", scorer)
+    for refused in ([others[0]], others):
+        solvable = gains([one for one in (own, *others) if all(one is not each for each in refused)])
+        unsolved[:] = refused
+        assert gains([own, *others]) == solvable
+        unsolved.clear()
+    unsolved[:] = [own]
     with pytest.raises(np.linalg.LinAlgError):
-        _scored(scores.fitted, scores.by, [candidates[2]])
+        gains([own, *others])
 
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
